@@ -1,0 +1,111 @@
+//! The inverse particle filter of Korthals et al. 2016 for the AMiRo robot.
+//!
+//! A ring of eight infrared proximity sensors, cheap, short-ranged and ambiguous over
+//! 120 degrees, and a question: where are the surfaces? Each particle is a guess that
+//! *here is a piece of a wall*. It moves against the robot's motion, is weighed by
+//! the sensors' inverse model, and survives or is rejected and drawn anew from the
+//! current readings. Survivors and rejects, counted into a grid, are a map.
+//!
+//! # The layers
+//!
+//! A datum's way, always forward:
+//!
+//! ```text
+//! counts, odometry -> Input -> Node::handle -> InverseParticleFilter::step -> Event -> frame
+//! ```
+//!
+//! - [`math`], [`geometry`], [`random`], [`checksum`]: numbers; the only float
+//!   functions, the only randomness.
+//! - [`sensor`], [`kinematics`]: the two models of the paper, sections 4.3 and 4.4.
+//! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
+//! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
+//! - [`odometry`], [`pacing`], [`node`]: the portable program, from inputs to events.
+//! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
+//!
+//! # What holds everywhere
+//!
+//! 1. Same configuration and inputs give the same events, byte for byte, on a host,
+//!    in the flash image and in an emulator.
+//! 2. The core reads no clock, no pin, no global and no random device.
+//! 3. No heap, no panic, no unbounded loop.
+//! 4. SI units: metres, seconds, radians, counts; stamps in microseconds. x forward,
+//!    y left, counter-clockwise positive.
+//!
+//! # Features
+//!
+//! - `std` (default): conveniences for a host; inert on the target.
+//! - `defmt` (default): formats for logging from the firmware.
+//! - `amiro-layout`: links the flash image behind AMiRo's boot loader.
+//!
+//! # Example
+//!
+//! ```
+//! use amiro_ipf::config::Config;
+//! use amiro_ipf::event::Event;
+//! use amiro_ipf::filter::{ParticleSet, Profile};
+//! use amiro_ipf::geometry::Pose;
+//! use amiro_ipf::input::Input;
+//! use amiro_ipf::node::Node;
+//! use amiro_ipf::sensor::Sample;
+//!
+//! let mut particles = ParticleSet::<800>::new();
+//! let mut node = Node::new(&mut particles);
+//! let config = Config { particles_per_sensor: 100, ..Config::amiro(Profile::Plus) };
+//! let mut steps = 0;
+//! let mut count = |event: &Event| steps += u32::from(matches!(event, Event::StepDone(_)));
+//! node.handle(&Input::Configure(config), &mut count)?;
+//! // Ten centimetres of straight driving with a wall on the left.
+//! for millimetre in 0..=100 {
+//!     let stamp_us = millimetre * 12_500;
+//!     let pose = Pose::new(millimetre as f32 * 1e-3, 0.0, 0.0);
+//!     let mut samples = [Sample::Counts(0); 8];
+//!     samples[1] = Sample::Counts(110);
+//!     samples[2] = Sample::Counts(110);
+//!     node.handle(&Input::Odometry { stamp_us, pose }, &mut count)?;
+//!     node.handle(&Input::Proximity { stamp_us, samples }, &mut count)?;
+//! }
+//! // One step at the start, one per 10 mm.
+//! assert_eq!(steps, 11);
+//! # Ok::<(), amiro_ipf::fault::Fault>(())
+//! ```
+//!
+//! Minimum supported Rust version: 1.90.
+
+#![cfg_attr(any(not(feature = "std"), target_os = "none"), no_std)]
+#![cfg_attr(
+    not(test),
+    warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
+)]
+
+pub mod checksum;
+pub mod config;
+pub mod event;
+pub mod fault;
+pub mod filter;
+pub mod geometry;
+pub mod input;
+pub mod kinematics;
+pub mod math;
+pub mod node;
+pub mod odometry;
+pub mod pacing;
+pub mod random;
+pub mod sensor;
+pub mod wire;
+
+/// Hash of the sources that this build was made from; in every boot event.
+///
+/// Equal on a host and in a flash image exactly when both were built from the same
+/// core, firmware and lock file.
+pub const BUILD_ID: u64 = build_id();
+
+#[expect(
+    clippy::panic,
+    reason = "evaluated by the compiler, never on the target"
+)]
+const fn build_id() -> u64 {
+    match u64::from_str_radix(env!("AMIRO_IPF_BUILD_ID"), 16) {
+        Ok(id) => id,
+        Err(_) => panic!("build.rs wrote a build id that is no number"),
+    }
+}
