@@ -1,0 +1,30 @@
+//! What a sensor delivers and what it means: both enums, never a magic number.
+
+use serde::{Deserialize, Serialize};
+
+use super::Echo;
+
+/// What one sensor delivered, before any model is applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Sample {
+    /// Counts above the sensor's stored offset; noise takes them below zero.
+    Counts(i32),
+    /// The sensor's 16-bit register was full: something touches the hull.
+    Saturated,
+    /// No usable value: absent, masked, stale or broken.
+    Missing,
+}
+
+/// What a sample says about the nearest surface in the sensor's lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// A surface on the arc that the echo describes.
+    Range(Echo),
+    /// No surface up to the range limit; the echo describes that limit.
+    NothingInRange(Echo),
+    /// A surface closer than the model can tell.
+    TooClose,
+    /// Nothing can be said.
+    Faulty,
+}
