@@ -1,0 +1,238 @@
+//! The configuration of a run: seed, robot, sensors, filter, pace.
+
+use serde::{Deserialize, Serialize};
+
+use crate::filter::{FilterParameters, Model, ParameterError, Profile};
+use crate::kinematics::DifferentialDrive;
+use crate::sensor::{Photometry, Ring, SensorMask};
+
+/// When the filter steps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StepRule {
+    /// A step per travelled distance: the paper's constant sample-per-speed ratio
+    /// (equation 1). 10 mm are 8 Hz at 80 mm/s; at standstill and while turning in
+    /// place the particles move, but nothing steps.
+    PerDistance {
+        /// Distance between steps, metres.
+        step_m: f32,
+    },
+    /// A step per tick, whatever the robot does. At standstill this finds walls in
+    /// the sensors' noise, as the paper warns.
+    PerTick {
+        /// Whether the board makes the ticks, at 8 Hz of its own clock; otherwise
+        /// they come in with the other inputs, and the run is exactly repeatable.
+        own_clock: bool,
+    },
+}
+
+/// Everything that a run depends on beside its readings.
+///
+/// It travels in one frame: a recording that begins with its configuration replays
+/// itself.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// Seed of the generator; any value.
+    pub seed: u64,
+    /// Particles for each sensor in use.
+    pub particles_per_sensor: u16,
+    /// The sensors in use; the others are as if absent.
+    pub sensors: SensorMask,
+    /// When the filter steps.
+    pub step_rule: StepRule,
+    /// The filter's choices.
+    pub parameters: FilterParameters,
+    /// The sensors' law.
+    pub photometry: Photometry,
+    /// Where the sensors sit.
+    pub ring: Ring,
+    /// The wheels' geometry.
+    pub drive: DifferentialDrive,
+}
+
+impl Config {
+    /// The AMiRo with the given profile: whole ring, 1000 particles a sensor, a step
+    /// per 10 mm, seed 1.
+    #[must_use]
+    pub const fn amiro(profile: Profile) -> Self {
+        Self {
+            seed: 1,
+            particles_per_sensor: 1000,
+            sensors: SensorMask::ALL,
+            step_rule: StepRule::PerDistance { step_m: 0.010 },
+            parameters: profile.parameters(),
+            photometry: Photometry::VCNL4020,
+            ring: Ring::AMIRO,
+            drive: DifferentialDrive::AMIRO,
+        }
+    }
+
+    /// Particles in total.
+    #[must_use]
+    pub const fn particles(&self) -> usize {
+        self.particles_per_sensor as usize * self.sensors.len()
+    }
+
+    /// The model that this configuration describes.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        Model::new(self.parameters, self.photometry, &self.ring, self.drive)
+    }
+
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// The first parameter that is outside its range, NaN included.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let unless = ParameterError::unless;
+        unless(
+            self.particles_per_sensor >= 1,
+            "particles_per_sensor",
+            "at least 1",
+        )?;
+        unless(
+            !self.sensors.is_empty(),
+            "sensors",
+            "at least one of the ring",
+        )?;
+        if let StepRule::PerDistance { step_m } = self.step_rule {
+            unless((0.001..=0.1).contains(&step_m), "step_m", "0.001 to 0.1 m")?;
+        }
+        self.parameters.validate()?;
+        let photometry = &self.photometry;
+        unless(
+            (0.01..=100.0).contains(&photometry.alpha_counts_m2),
+            "alpha_counts_m2",
+            "0.01 to 100 counts m^2",
+        )?;
+        unless(
+            (-5000.0..=5000.0).contains(&photometry.beta_counts),
+            "beta_counts",
+            "-5000 to 5000 counts",
+        )?;
+        unless(
+            (-0.01..=0.01).contains(&photometry.delta_m2),
+            "delta_m2",
+            "-0.01 to 0.01 m^2",
+        )?;
+        unless((0.5..=1.45).contains(&photometry.xi), "xi", "0.5 to 1.45")?;
+        unless(
+            photometry.sigma_counts > 0.0 && photometry.sigma_counts <= 1000.0,
+            "sigma_counts",
+            "above 0, to 1000 counts",
+        )?;
+        unless(
+            (0.02..=0.45).contains(&photometry.x_max_m),
+            "x_max_m",
+            "0.02 to 0.45 m",
+        )?;
+        unless(
+            (0.1..=1.05).contains(&photometry.theta_max_rad),
+            "theta_max_rad",
+            "0.1 to 1.05 rad",
+        )?;
+        unless(
+            (0.0..=0.25).contains(&self.ring.radius_m),
+            "ring radius_m",
+            "0 to 0.25 m",
+        )?;
+        unless(
+            self.ring.axis_rad.iter().all(|axis| axis.abs() <= 7.0),
+            "ring axis_rad",
+            "-7 to 7 rad",
+        )?;
+        unless(
+            (0.01..=1.0).contains(&self.drive.track_m),
+            "track_m",
+            "0.01 to 1 m",
+        )
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::amiro(Profile::Paper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_legal_and_use_eight_thousand_particles() {
+        assert_eq!(Config::default().validate(), Ok(()));
+        assert_eq!(Config::default().particles(), 8000);
+    }
+
+    #[test]
+    fn every_field_out_of_range_is_refused_by_name() {
+        let good = Config::default();
+        let photometry = |change: fn(&mut Photometry)| {
+            let mut config = good;
+            change(&mut config.photometry);
+            config
+        };
+        let cases = [
+            (
+                Config {
+                    particles_per_sensor: 0,
+                    ..good
+                },
+                "particles_per_sensor",
+            ),
+            (
+                Config {
+                    sensors: SensorMask::NONE,
+                    ..good
+                },
+                "sensors",
+            ),
+            (
+                Config {
+                    step_rule: StepRule::PerDistance { step_m: 0.0 },
+                    ..good
+                },
+                "step_m",
+            ),
+            (photometry(|p| p.alpha_counts_m2 = 0.0), "alpha_counts_m2"),
+            (photometry(|p| p.beta_counts = f32::INFINITY), "beta_counts"),
+            (photometry(|p| p.delta_m2 = 1.0), "delta_m2"),
+            (photometry(|p| p.xi = 1.6), "xi"),
+            (photometry(|p| p.sigma_counts = 0.0), "sigma_counts"),
+            (photometry(|p| p.x_max_m = f32::NAN), "x_max_m"),
+            (photometry(|p| p.theta_max_rad = 2.0), "theta_max_rad"),
+            (
+                Config {
+                    ring: Ring {
+                        radius_m: -0.1,
+                        ..Ring::AMIRO
+                    },
+                    ..good
+                },
+                "ring radius_m",
+            ),
+            (
+                Config {
+                    ring: Ring {
+                        axis_rad: [f32::NAN; 8],
+                        ..Ring::AMIRO
+                    },
+                    ..good
+                },
+                "ring axis_rad",
+            ),
+            (
+                Config {
+                    drive: DifferentialDrive { track_m: 0.0 },
+                    ..good
+                },
+                "track_m",
+            ),
+        ];
+        for (config, parameter) in cases {
+            assert_eq!(config.validate().unwrap_err().parameter, parameter);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Gating: what a survivor or a rejected particle counts as (equation 3).
+
+use super::{FilterParameters, View};
+
+/// What became of a live particle in a step; the map counts two of the four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Outcome {
+    /// Survived, at or past the innovation gate: counts as occupied.
+    SurvivedPastGate,
+    /// Survived, but still below the gate: counts nothing.
+    SurvivedBelowGate,
+    /// Rejected: counts as free.
+    RejectedFree,
+    /// Rejected where no sensor can vouch for free space: counts nothing.
+    RejectedBehind,
+}
+
+impl Outcome {
+    /// A survivor of the given age, its survival in this step included.
+    ///
+    /// Equation 3 says "age >= g" where the text says "greater than the gate"; the
+    /// equation is followed.
+    #[inline]
+    pub(crate) fn of_survivor(parameters: &FilterParameters, age: u8) -> Self {
+        if age >= parameters.gate {
+            Self::SurvivedPastGate
+        } else {
+            Self::SurvivedBelowGate
+        }
+    }
+
+    /// A rejected particle by what the sensors saw of its place ([`View::flags`]).
+    ///
+    /// Equation 3 counts every rejection as free. Even so a place that no sensor has
+    /// in view counts nothing. With the side test, one must see past it: a rejection
+    /// behind the arc says nothing about the place, and without the test the
+    /// interiors of walls turn free.
+    #[inline]
+    pub(crate) fn of_rejected(parameters: &FilterParameters, view: u8) -> Self {
+        let needed = if parameters.side_test {
+            View::SEEN_PAST
+        } else {
+            View::IN_VIEW
+        };
+        if view & needed != 0 {
+            Self::RejectedFree
+        } else {
+            Self::RejectedBehind
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gate_opens_at_the_g_th_survival() {
+        let parameters = FilterParameters {
+            gate: 4,
+            ..FilterParameters::PAPER
+        };
+        for (age, expected) in [
+            (1, Outcome::SurvivedBelowGate),
+            (3, Outcome::SurvivedBelowGate),
+            (4, Outcome::SurvivedPastGate),
+            (255, Outcome::SurvivedPastGate),
+        ] {
+            assert_eq!(
+                Outcome::of_survivor(&parameters, age),
+                expected,
+                "age {age}"
+            );
+        }
+    }
+
+    #[test]
+    fn rejections_count_by_profile() {
+        use Outcome::{RejectedBehind, RejectedFree};
+        let (seen, past) = (View::IN_VIEW, View::IN_VIEW | View::SEEN_PAST);
+        for (view, paper, plus) in [
+            (0, RejectedBehind, RejectedBehind),
+            (seen, RejectedFree, RejectedBehind),
+            (past, RejectedFree, RejectedFree),
+        ] {
+            assert_eq!(
+                Outcome::of_rejected(&FilterParameters::PAPER, view),
+                paper,
+                "{view}"
+            );
+            assert_eq!(
+                Outcome::of_rejected(&FilterParameters::PLUS, view),
+                plus,
+                "{view}"
+            );
+        }
+    }
+}
