@@ -1,0 +1,275 @@
+//! What the core says: configurations taken, steps, particle outcomes, status, faults.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::config::Config;
+use crate::fault::Fault;
+use crate::filter::Outcome;
+use crate::geometry::{Point, Pose};
+use crate::sensor::{SENSORS, Sample};
+
+/// Particle events in one batch: as many as fill a frame.
+pub const BATCH: usize = 38;
+
+/// One event. Variants are appended, never reordered: they go over the wire.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// Who speaks: first after a reset and in answer to a hello.
+    Boot(Boot),
+    /// A configuration was taken; everything before it is forgotten.
+    Configured(Config),
+    /// A step begins: what it consumes.
+    StepBegun(StepBegun),
+    /// Outcomes of some of the step's particles, in slot order.
+    Particles(Particles),
+    /// The step is done: what it found.
+    StepDone(StepDone),
+    /// The input with this sequence number was handled; its events came before.
+    Answer {
+        /// Sequence number of the input's frame.
+        input: u16,
+        /// Why it was refused, if it was.
+        refused: Option<Fault>,
+    },
+    /// How the node and the board are, at 8 Hz.
+    Status(Status),
+}
+
+/// Who speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Boot {
+    /// Version of the wire's messages.
+    pub wire_version: u8,
+    /// Hash of the sources that the image was built from.
+    pub build_id: u64,
+    /// Particles that fit.
+    pub capacity: u32,
+    /// Inputs that are taken ahead of their answers.
+    pub window: u8,
+    /// Speed of the serial link, bits a second.
+    pub baud: u32,
+    /// What the core's clock runs on.
+    pub clock: ClockSource,
+    /// Frequency that the board believes its core has, hertz.
+    pub core_hz: u32,
+}
+
+/// What the core's clock runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ClockSource {
+    /// No microcontroller: the node runs on a host.
+    Host,
+    /// Crystal and PLL, 168 MHz.
+    CrystalPll,
+    /// Internal oscillator and PLL, 168 MHz within 1 %: the crystal did not start.
+    InternalPll,
+    /// Internal oscillator, 16 MHz: the PLL did not lock.
+    Internal,
+    /// The clock unit answers nothing, as in an emulator; 168 MHz are assumed.
+    Unknown,
+}
+
+/// A step begins.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepBegun {
+    /// Steps since the configuration, from 0.
+    pub index: u32,
+    /// Stamp of the readings.
+    pub stamp_us: u64,
+    /// The robot's pose at that stamp; the motion of the step is the way from the
+    /// pose of the step before.
+    pub pose: Pose,
+    /// The readings that are consumed, masked ones as missing.
+    pub samples: [Sample; SENSORS],
+}
+
+/// Outcomes of up to [`BATCH`] particles.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Particles {
+    /// The lowest eight bits of the step's index.
+    pub step: u8,
+    /// The outcomes, in slot order.
+    pub outcomes: Vec<ParticleEvent, BATCH, u8>,
+}
+
+/// The outcome of one particle and its place, in three bytes.
+///
+/// Little-endian, from the lowest bit: outcome (2 bits), x (11), y (11); places in
+/// the body frame of the step's pose, in 0.5 mm, 1024 for zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ParticleEvent([u8; 3]);
+
+impl ParticleEvent {
+    /// Packs a place in units of 1/64 mm, rounded to 0.5 mm.
+    #[must_use]
+    #[inline]
+    pub fn new((x, y): (i16, i16), outcome: Outcome) -> Self {
+        let half_millimetres =
+            |units: i16| (((i32::from(units) + 16) >> 5) + 1024).clamp(0, 2047) as u32;
+        let outcome = match outcome {
+            Outcome::SurvivedPastGate => 0,
+            Outcome::SurvivedBelowGate => 1,
+            Outcome::RejectedFree => 2,
+            Outcome::RejectedBehind => 3,
+        };
+        let bits = outcome | half_millimetres(x) << 2 | half_millimetres(y) << 13;
+        let [low, middle, high, _] = bits.to_le_bytes();
+        Self([low, middle, high])
+    }
+
+    const fn bits(self) -> u32 {
+        let [low, middle, high] = self.0;
+        u32::from_le_bytes([low, middle, high, 0])
+    }
+
+    /// What became of the particle.
+    #[must_use]
+    pub const fn outcome(self) -> Outcome {
+        match self.bits() & 3 {
+            0 => Outcome::SurvivedPastGate,
+            1 => Outcome::SurvivedBelowGate,
+            2 => Outcome::RejectedFree,
+            _ => Outcome::RejectedBehind,
+        }
+    }
+
+    /// Where it was, in the body frame, metres; exact to 0.25 mm.
+    #[must_use]
+    pub fn position(self) -> Point {
+        let metres = |bits: u32| ((bits & 2047) as f32 - 1024.0) * 0.0005;
+        Point::new(metres(self.bits() >> 2), metres(self.bits() >> 13))
+    }
+}
+
+/// A step is done.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepDone {
+    /// Steps since the configuration, from 0.
+    pub index: u32,
+    /// CRC-32 of the particle set, redraws included.
+    pub digest: u32,
+    /// Outcomes "survived past the gate".
+    pub past_gate: u16,
+    /// Outcomes "survived below the gate".
+    pub below_gate: u16,
+    /// Outcomes "rejected, free".
+    pub free: u16,
+    /// Outcomes "rejected, counts nothing".
+    pub behind: u16,
+    /// Particles that left the local radius and have no outcome.
+    pub departed: u16,
+    /// Whether no particle had any weight: everything was redrawn.
+    pub degenerate: bool,
+}
+
+impl StepDone {
+    /// How many particle events belong to the step.
+    #[must_use]
+    pub fn outcomes(&self) -> u32 {
+        [self.past_gate, self.below_gate, self.free, self.behind]
+            .into_iter()
+            .map(u32::from)
+            .sum()
+    }
+}
+
+/// The nearest obstacle among the particles past the gate, for whoever steers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Obstacle {
+    /// Distance from the robot's centre, metres.
+    pub range_m: f32,
+    /// Direction in the body frame, radians, within 0.004.
+    pub bearing_rad: f32,
+}
+
+/// How the node and the board are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Status {
+    /// The node's side.
+    pub node: NodeStatus,
+    /// The board's side.
+    pub board: BoardStatus,
+}
+
+/// How the node is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NodeStatus {
+    /// Steps since the configuration.
+    pub steps: u32,
+    /// Inputs handled since boot.
+    pub inputs: u32,
+    /// Inputs refused since boot.
+    pub refused: u32,
+    /// Why the last one was refused.
+    pub last_fault: Option<Fault>,
+    /// The sensors that the last step had to do without, as a mask.
+    pub without: u8,
+    /// Nearest obstacle of the last step.
+    pub obstacle: Option<Obstacle>,
+    /// Whether the board makes its own ticks.
+    pub own_ticks: bool,
+}
+
+/// How the board is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BoardStatus {
+    /// Time since reset by the board's clock, milliseconds.
+    pub uptime_ms: u64,
+    /// Core clock cycles of the last step, its events and interrupts included.
+    pub step_cycles: u32,
+    /// The most of these since the configuration.
+    pub step_cycles_max: u32,
+    /// Own ticks that found the step before still running.
+    pub overruns: u32,
+    /// Particle frames dropped because the link was too slow.
+    pub dropped_frames: u32,
+    /// Input frames that arrived broken.
+    pub broken_frames: u32,
+    /// Received bytes lost for want of room or to line errors.
+    pub lost_bytes: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn particle_event_returns_place_and_outcome() {
+        for outcome in [
+            Outcome::SurvivedPastGate,
+            Outcome::SurvivedBelowGate,
+            Outcome::RejectedFree,
+            Outcome::RejectedBehind,
+        ] {
+            for x in (i16::MIN..=i16::MAX).step_by(97) {
+                let y = x.wrapping_mul(31);
+                let event = ParticleEvent::new((x, y), outcome);
+                assert_eq!(event.outcome(), outcome);
+                let exact = Point::new(f32::from(x) / 64_000.0, f32::from(y) / 64_000.0);
+                let error = event.position() - exact;
+                // Half a step of 0.5 mm; the last step at +512 mm is cut off.
+                assert!(error.x.abs() < 0.000_251 || x > 32_735, "x = {x}");
+                assert!(error.y.abs() < 0.000_251 || y > 32_735, "y = {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn particle_event_has_the_documented_bits() {
+        let event = ParticleEvent::new((0, 0), Outcome::RejectedFree);
+        // 2 | 1024 << 2 | 1024 << 13
+        assert_eq!(event, ParticleEvent([0x02, 0x10, 0x80]));
+    }
+}

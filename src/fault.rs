@@ -1,0 +1,56 @@
+//! What can go wrong in the core, as counted words.
+
+use serde::{Deserialize, Serialize};
+
+/// Why an input was refused. Variants are appended, never reordered: they go over the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Fault {
+    /// A stamp lies before one of the same kind that was already taken.
+    StampBackward,
+    /// A coordinate or speed is NaN or infinite.
+    NotFinite,
+    /// A reading came before any odometry.
+    NoPose,
+    /// The odometry is too old, or too young, to say where a reading was taken.
+    StalePose,
+    /// A tick came before any reading.
+    NoReading,
+    /// A configuration has a parameter outside its range.
+    BadParameter,
+    /// A configuration wants more particles than the capacity.
+    TooManyParticles,
+    /// A message arrived that is not an input.
+    NotAnInput,
+}
+
+impl Fault {
+    /// Every fault, in the order of its code on the wire.
+    pub const ALL: [Self; 8] = [
+        Self::StampBackward,
+        Self::NotFinite,
+        Self::NoPose,
+        Self::StalePose,
+        Self::NoReading,
+        Self::BadParameter,
+        Self::TooManyParticles,
+        Self::NotAnInput,
+    ];
+}
+
+impl core::fmt::Display for Fault {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::StampBackward => "stamp lies before an earlier one",
+            Self::NotFinite => "number is not finite",
+            Self::NoPose => "reading came before any odometry",
+            Self::StalePose => "no odometry near the reading's time",
+            Self::NoReading => "tick came before any reading",
+            Self::BadParameter => "parameter is outside its range",
+            Self::TooManyParticles => "more particles than the capacity",
+            Self::NotAnInput => "message is not an input",
+        })
+    }
+}
+
+impl core::error::Error for Fault {}

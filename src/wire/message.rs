@@ -1,0 +1,40 @@
+//! The messages: what either end may say, and what only a host reads.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::event::Event;
+use crate::geometry::Pose;
+use crate::input::Input;
+
+/// Bytes of a scenario in one truth message.
+pub const SCENARIO_CHUNK: usize = 96;
+
+/// One message. Variants are appended, never reordered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Message {
+    /// To the board.
+    Input(Input),
+    /// From the board.
+    Event(Event),
+    /// Beside them in a simulated recording; a board refuses it.
+    Truth(Truth),
+}
+
+/// What a simulator knows and a robot does not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Truth {
+    /// Where the robot really was.
+    Pose {
+        /// When.
+        stamp_us: u64,
+        /// World frame.
+        pose: Pose,
+    },
+    /// A piece of the scenario file, in order.
+    Scenario(Vec<u8, SCENARIO_CHUNK, u8>),
+    /// The seed of the simulation.
+    Seed(u64),
+}
