@@ -1,0 +1,38 @@
+//! Grids, and the mappers that fill them from decoded events.
+//!
+//! A mapper reads events only, never a filter's insides: a map from a board and a map
+//! from a host are the same map.
+
+mod counting;
+mod grid;
+
+pub use counting::CountingMapper;
+pub use grid::{Cell, Grid, MAX_CELLS};
+
+/// A finished map: the probability that a cell is occupied; 0.5 is unknown.
+pub type Map = Grid<f32>;
+
+/// What a map says about a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occupancy {
+    /// p_occ below 0.5.
+    Free,
+    /// p_occ above 0.5.
+    Occupied,
+    /// p_occ of exactly 0.5: never touched, or as much for as against.
+    Unknown,
+}
+
+impl Occupancy {
+    /// The class of a probability; NaN is unknown.
+    #[must_use]
+    pub fn of(p_occ: f32) -> Self {
+        if p_occ > 0.5 {
+            Self::Occupied
+        } else if p_occ < 0.5 {
+            Self::Free
+        } else {
+            Self::Unknown
+        }
+    }
+}
