@@ -1,2 +1,121 @@
-//! placeholder
-fn main() {}
+//! The flash image for AMiRo's PowerManagement board (STM32F405).
+//!
+//! | task | priority | released by | does | deadline when missed |
+//! |---|---|---|---|---|
+//! | `bytes` | 3 | USART2 | moves bytes between line and queues | 5 us a byte at 2 Mbaud: the byte is lost and counted |
+//! | `beat` | 2 | monotonic, 8 Hz | LED, status, own ticks | the next beat keeps its time |
+//! | `think` | 1 | received bytes, beats | the portable program, steps included | a beat later: counted as overrun |
+//!
+//! Interrupts move bytes; `think` thinks. One step runs at a time and is never
+//! interrupted by another: whatever arrives meanwhile waits in the queue.
+//!
+//! Built for a host, the binary prints its memory budget.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+mod budget;
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod clock;
+#[cfg(target_os = "none")]
+mod link;
+#[cfg(target_os = "none")]
+mod panic;
+
+#[cfg(not(target_os = "none"))]
+mod host;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    host::print_budget();
+}
+
+#[cfg(target_os = "none")]
+#[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC, TIM8_BRK_TIM12])]
+mod app {
+    use amiro_ipf::filter::ParticleSet;
+    use amiro_ipf::node::Node;
+    use amiro_ipf::wire::Terminal;
+    use rtic_monotonics::systick::prelude::*;
+    use stm32f4xx_hal::pac::Interrupt;
+
+    use crate::board::{Board, Led};
+    use crate::budget::CAPACITY;
+    use crate::clock::{Beats, Mono};
+    use crate::link::{Inbox, Line, Outbox, Queues};
+
+    #[shared]
+    struct Shared {}
+
+    #[local]
+    struct Local {
+        line: Line,
+        inbox: Inbox,
+        outbox: Outbox,
+        terminal: Terminal<'static, CAPACITY>,
+        beats: Beats,
+        led: Led,
+    }
+
+    #[init(local = [particles: ParticleSet<CAPACITY> = ParticleSet::new(), queues: Queues = Queues::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let board = Board::start(cx.device, cx.core.SYST);
+        let (line, inbox, mut outbox) = cx.local.queues.split(board.usart);
+        let node = Node::new(cx.local.particles);
+        let mut terminal = Terminal::new(node, board.boot, board.boot_id);
+        terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
+        defmt::info!("up: {}", board.boot);
+        beat::spawn().ok();
+        rtic::pend(Interrupt::USART2);
+        let local = Local {
+            line,
+            inbox,
+            outbox,
+            terminal,
+            beats: Beats::new(board.boot.core_hz),
+            led: board.led,
+        };
+        (Shared {}, local)
+    }
+
+    /// Moves bytes. Wakes `think` for every byte that came and when there is room again.
+    #[task(binds = USART2, priority = 3, local = [line])]
+    fn bytes(cx: bytes::Context) {
+        if cx.local.line.move_bytes() {
+            rtic::pend(Interrupt::TIM8_UP_TIM13);
+        }
+    }
+
+    /// Shows life and says how things are, eight times a second.
+    #[task(priority = 2, local = [led])]
+    async fn beat(cx: beat::Context) {
+        let mut next = Mono::now();
+        loop {
+            cx.local.led.toggle();
+            crate::clock::BEATS.count();
+            rtic::pend(Interrupt::TIM8_UP_TIM13);
+            next += 125.millis();
+            Mono::delay_until(next).await;
+        }
+    }
+
+    /// The portable program: beats first, then inputs while their events have room.
+    #[task(binds = TIM8_UP_TIM13, priority = 1, local = [terminal, inbox, outbox, beats])]
+    fn think(cx: think::Context) {
+        let think::LocalResources {
+            terminal,
+            inbox,
+            outbox,
+            beats,
+            ..
+        } = cx.local;
+        loop {
+            beats.attend(terminal, inbox, outbox);
+            if !inbox.attend(terminal, outbox, beats) {
+                break;
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! What the firmware binary says when it is run on a host.
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::ParticleSet;
+
+use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
+
+/// Prints the memory that the image spends on purpose.
+///
+/// Only types without pointers and machine-sized integers are listed, so the figures
+/// are the target's; the rest of the image is read from the ELF (`cargo ipf image`).
+pub(crate) fn print_budget() {
+    const RAM: usize = 128 * 1024;
+    let particles = core::mem::size_of::<ParticleSet<CAPACITY>>();
+    let config = Config::default();
+    println!("amiro-ipf firmware, memory budget of the STM32F405 image");
+    println!("{particles:>8} bytes  particle set, {CAPACITY} particles of 8 bytes");
+    println!(
+        "{SEND_QUEUE:>8} bytes  send queue ({INPUT_ROOM} for the events of one input, {RESERVE} of it reserved)"
+    );
+    println!("{RECEIVE_QUEUE:>8} bytes  receive queue");
+    let spent = particles + SEND_QUEUE + RECEIVE_QUEUE;
+    println!(
+        "{:>8} bytes  left of {RAM} for stack and the rest",
+        RAM - spent
+    );
+    println!();
+    println!("parameters at boot: {config:#?}");
+}

@@ -1,0 +1,181 @@
+//! The serial line and its two queues.
+//!
+//! Single producer, single consumer, no lock: the interrupt fills one queue and
+//! empties the other, `think` does the opposite.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use amiro_ipf::wire::{Importance, Terminal};
+use heapless::spsc::{Consumer, Producer, Queue};
+use stm32f4xx_hal::pac::{Interrupt, USART2};
+
+use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
+use crate::clock::Beats;
+
+/// Received bytes lost for want of room or to line errors.
+static LOST: AtomicU32 = AtomicU32::new(0);
+
+/// Both queues; a static of the image.
+pub(crate) struct Queues {
+    received: Queue<u8, RECEIVE_QUEUE>,
+    to_send: Queue<u8, SEND_QUEUE>,
+}
+
+impl Queues {
+    /// Empty queues; all zeros, so that they cost no flash.
+    pub(crate) const fn new() -> Self {
+        Self {
+            received: Queue::new(),
+            to_send: Queue::new(),
+        }
+    }
+
+    /// The three ends: the interrupt's, and `think`'s two.
+    pub(crate) fn split(&'static mut self, usart: USART2) -> (Line, Inbox, Outbox) {
+        let (received, receiving) = self.received.split();
+        let (to_send, sending) = self.to_send.split();
+        let line = Line {
+            usart,
+            received,
+            sending,
+        };
+        let inbox = Inbox { receiving };
+        let outbox = Outbox {
+            to_send,
+            dropped: 0,
+        };
+        (line, inbox, outbox)
+    }
+}
+
+/// The interrupt's side.
+pub(crate) struct Line {
+    usart: USART2,
+    received: Producer<'static, u8>,
+    sending: Consumer<'static, u8>,
+}
+
+impl Line {
+    /// Takes what has arrived and sends what waits; whether `think` has something to do.
+    ///
+    /// One byte each way a call, and one more while the line is ready: at most as
+    /// many turns as a frame has bytes, so that nothing else starves.
+    pub(crate) fn move_bytes(&mut self) -> bool {
+        let mut wake = false;
+        for _ in 0..amiro_ipf::wire::MAX_FRAME {
+            let status = self.usart.sr().read();
+            let came = status.rxne().bit_is_set() || status.ore().bit_is_set();
+            if came {
+                // Reading the data register after the status clears the error flags.
+                let byte = self.usart.dr().read().dr().bits() as u8;
+                let damaged = status.ore().bit_is_set()
+                    || status.nf().bit_is_set()
+                    || status.fe().bit_is_set();
+                let kept = status.rxne().bit_is_clear() || self.received.enqueue(byte).is_ok();
+                if damaged || !kept {
+                    LOST.fetch_add(1, Ordering::Relaxed);
+                }
+                wake = true;
+            }
+            let goes = status.txe().bit_is_set();
+            let sent = goes && self.send_next();
+            // Just room enough for an input's events: `think` may go on.
+            wake |= sent && self.sending.len() == SEND_QUEUE - 1 - INPUT_ROOM;
+            if !came && !sent {
+                break;
+            }
+        }
+        self.listen();
+        wake
+    }
+
+    fn send_next(&mut self) -> bool {
+        let Some(byte) = self.sending.dequeue() else {
+            return false;
+        };
+        self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
+        true
+    }
+
+    fn listen(&mut self) {
+        let waiting = self.sending.ready();
+        self.usart
+            .cr1()
+            .modify(|_, w| w.rxneie().set_bit().txeie().bit(waiting));
+    }
+}
+
+/// Received bytes, for `think`.
+pub(crate) struct Inbox {
+    receiving: Consumer<'static, u8>,
+}
+
+impl Inbox {
+    /// Bytes lost since boot.
+    pub(crate) fn lost(&self) -> u32 {
+        LOST.load(Ordering::Relaxed)
+    }
+
+    /// Hands bytes to the terminal up to the end of a frame; whether there may be more.
+    ///
+    /// Waits, by doing nothing, until all events of an input have room in the queue:
+    /// an injected run loses nothing. `think` is woken when that is so.
+    pub(crate) fn attend(
+        &mut self,
+        terminal: &mut Terminal<'static, CAPACITY>,
+        outbox: &mut Outbox,
+        beats: &mut Beats,
+    ) -> bool {
+        if outbox.room() < INPUT_ROOM {
+            return false;
+        }
+        while let Some(byte) = self.receiving.dequeue() {
+            let handled = beats.time(terminal, |terminal| {
+                terminal.receive(byte, &mut |frame, importance| {
+                    outbox.send(frame, importance)
+                })
+            });
+            if handled {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Bytes to send, for `think`.
+pub(crate) struct Outbox {
+    to_send: Producer<'static, u8>,
+    dropped: u32,
+}
+
+impl Outbox {
+    /// Queues a frame whole, or drops it whole and counts it.
+    ///
+    /// Details leave a reserve for everything else; nothing ever waits.
+    pub(crate) fn send(&mut self, frame: &[u8], importance: Importance) {
+        let reserve = match importance {
+            Importance::Detail => RESERVE,
+            Importance::Essential => 0,
+        };
+        if self.room() < frame.len() + reserve {
+            self.dropped = self.dropped.wrapping_add(1);
+            return;
+        }
+        for byte in frame {
+            // There is room: the byte cannot be refused.
+            let _ = self.to_send.enqueue(*byte);
+        }
+        rtic::pend(Interrupt::USART2);
+    }
+
+    /// Free bytes.
+    pub(crate) fn room(&self) -> usize {
+        SEND_QUEUE - 1 - self.to_send.len()
+    }
+
+    /// Frames dropped since boot.
+    pub(crate) fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
