@@ -95,14 +95,67 @@ pub struct Particles {
     /// The lowest eight bits of the step's index.
     pub step: u8,
     /// The outcomes, in slot order.
+    #[serde(with = "packed")]
     pub outcomes: Vec<ParticleEvent, BATCH, u8>,
+}
+
+/// The outcomes as one string of bytes, three a particle.
+mod packed {
+    use core::fmt;
+
+    use heapless::Vec;
+    use serde::de::{Error, Visitor};
+    use serde::{Deserializer, Serializer};
+
+    use super::{BATCH, ParticleEvent};
+
+    pub(super) fn serialize<S: Serializer>(
+        outcomes: &Vec<ParticleEvent, BATCH, u8>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let mut bytes = [[0; 3]; BATCH];
+        for (place, event) in bytes.iter_mut().zip(outcomes) {
+            *place = event.0;
+        }
+        let used = bytes.get(..outcomes.len()).unwrap_or_default();
+        serializer.serialize_bytes(used.as_flattened())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<ParticleEvent, BATCH, u8>, D::Error> {
+        deserializer.deserialize_bytes(Triples)
+    }
+
+    struct Triples;
+
+    impl Visitor<'_> for Triples {
+        type Value = Vec<ParticleEvent, BATCH, u8>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "at most {BATCH} times three bytes")
+        }
+
+        fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
+            let (triples, []) = bytes.as_chunks::<3>() else {
+                return Err(E::invalid_length(bytes.len(), &self));
+            };
+            let mut outcomes = Vec::new();
+            for triple in triples {
+                if outcomes.push(ParticleEvent(*triple)).is_err() {
+                    return Err(E::invalid_length(bytes.len(), &self));
+                }
+            }
+            Ok(outcomes)
+        }
+    }
 }
 
 /// The outcome of one particle and its place, in three bytes.
 ///
 /// Little-endian, from the lowest bit: outcome (2 bits), x (11), y (11); places in
 /// the body frame of the step's pose, in 0.5 mm, 1024 for zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParticleEvent([u8; 3]);
 
@@ -154,7 +207,7 @@ impl ParticleEvent {
 pub struct StepDone {
     /// Steps since the configuration, from 0.
     pub index: u32,
-    /// CRC-32 of the particle set, redraws included.
+    /// Digest of the particle set, redraws included.
     pub digest: u32,
     /// Outcomes "survived past the gate".
     pub past_gate: u16,

@@ -67,14 +67,14 @@ pub fn uniform_below(rng: &mut impl Rng, bound: u32) -> u32 {
 
 /// Two independent samples of the standard normal distribution (Box and Muller 1958).
 ///
-/// Constant time, about 90 instructions; the largest value is sqrt(-2 ln 2^-24) =
+/// Constant time, about 100 instructions; the largest value is sqrt(-2 ln 2^-24) =
 /// 5.77 standard deviations. A pair is what the two wheels need.
 #[inline]
 pub fn standard_normal_pair(rng: &mut impl Rng) -> (f32, f32) {
     // (0, 1]: the logarithm of 0 never occurs.
     let u = ((rng.next_u32() >> 8) + 1) as f32 * UNIFORM_STEP;
     let radius = math::sqrt(-2.0 * math::ln(u));
-    let (sine, cosine) = math::sin_cos(core::f32::consts::TAU * uniform(rng));
+    let (sine, cosine) = math::sin_cos_of_random(rng.next_u32());
     (radius * cosine, radius * sine)
 }
 

@@ -17,6 +17,7 @@ mod particles;
 mod redraw;
 mod step;
 mod survive;
+mod visibility;
 mod weigh;
 
 pub use gating::Outcome;

@@ -1,12 +1,13 @@
 //! Everything that stays the same during a run, with what can be prepared of it.
 
 use super::FilterParameters;
+use super::visibility::Visibility;
 use crate::kinematics::DifferentialDrive;
 use crate::sensor::{Lobe, Mount, Photometry, Ring, SENSORS};
 
 /// The robot, its sensors and the filter's choices, ready for stepping.
 ///
-/// About 600 bytes; built once a run. A model is `&self` in every step: changing
+/// About 1.6 kB; built once a run. A model is `&self` in every step: changing
 /// parameters means making another one, so a set can never meet half a change.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -15,6 +16,7 @@ pub struct Model {
     pub(crate) drive: DifferentialDrive,
     pub(crate) mounts: [Mount; SENSORS],
     pub(crate) lobe: Lobe,
+    pub(crate) visibility: Visibility,
 }
 
 impl Model {
@@ -26,12 +28,15 @@ impl Model {
         ring: &Ring,
         drive: DifferentialDrive,
     ) -> Self {
+        let mounts = core::array::from_fn(|index| ring.mount(index));
+        let lobe = Lobe::of(&photometry);
         Self {
             parameters,
             photometry,
             drive,
-            mounts: core::array::from_fn(|index| ring.mount(index)),
-            lobe: Lobe::of(&photometry),
+            mounts,
+            visibility: Visibility::of(&mounts, &lobe),
+            lobe,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The particle set: eight bytes a particle, structure of arrays, fixed capacity.
 
+use crate::checksum::Digest;
 use crate::geometry::Point;
 use crate::math;
 
@@ -61,19 +62,19 @@ impl<const N: usize> ParticleSet<N> {
             })
     }
 
-    /// CRC-32/ISO-HDLC over x, y (little-endian) and life of the first `active` slots.
+    /// [`Digest`] over the first `active` slots: for each, y in the high and x in the
+    /// low half of a word, then its life.
     ///
     /// Equal digests after every step are what "the same bytes" means between a host,
     /// the flash image and a recording.
     #[must_use]
     pub fn digest(&self, active: usize) -> u32 {
-        let mut digest = crate::checksum::CRC.digest();
+        let mut digest = Digest::default();
         for ((x, y), life) in self.x.iter().zip(&self.y).zip(&self.life).take(active) {
-            let [x0, x1] = x.to_le_bytes();
-            let [y0, y1] = y.to_le_bytes();
-            digest.update(&[x0, x1, y0, y1, *life]);
+            digest.update(u32::from(*x as u16) | u32::from(*y as u16) << 16);
+            digest.update(u32::from(*life));
         }
-        digest.finalize()
+        digest.value()
     }
 
     /// Positions and ages of the live particles among the first `active`, in slot order.

@@ -20,7 +20,7 @@ use crate::random::{standard_normal_pair, uniform, uniform_below};
 /// into the body frame.
 #[inline]
 pub(crate) fn redraw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<Point> {
-    let beams = scan.beams();
+    let beams = scan.usable();
     let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
     let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
     let (sine, cosine) = math::sin_cos(bearing);
@@ -30,7 +30,8 @@ pub(crate) fn redraw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<P
     } else {
         echo.range_m * math::sqrt(uniform(rng))
     };
-    let range = on_axis.max(0.0) * model.lobe.at(cosine);
+    let on_axis = if on_axis > 0.0 { on_axis } else { 0.0 };
+    let range = on_axis * model.lobe.at(cosine);
     Some(
         beam.mount
             .body_from_sensor(Point::new(range * cosine, range * sine)),

@@ -44,39 +44,45 @@ pub(crate) struct Beam {
     pub(crate) surface: bool,
 }
 
-/// The readings of one step, without the sensors that can say nothing.
+/// The readings of one step.
 ///
-/// A sensor that is faulty or too close neither supports nor refutes a particle, and
-/// Algorithm 2 draws nothing from it.
+/// A sensor that is faulty or too close has no beam: it neither supports nor refutes
+/// a particle, and Algorithm 2 draws nothing from it.
 #[derive(Clone, Debug)]
 pub struct Scan {
-    beams: Vec<Beam, SENSORS, u8>,
+    /// By sensor index.
+    beams: [Option<Beam>; SENSORS],
+    /// The usable ones, in the order of their index.
+    usable: Vec<Beam, SENSORS, u8>,
 }
 
 impl Scan {
     /// Prepares a step's readings.
     #[must_use]
     pub fn new(model: &Model, readings: &[Reading; SENSORS]) -> Self {
-        let mut beams = Vec::new();
-        for (mount, reading) in model.mounts.iter().zip(readings) {
+        let mut beams = [None; SENSORS];
+        let mut usable = Vec::new();
+        for ((beam, mount), reading) in beams.iter_mut().zip(&model.mounts).zip(readings) {
             let (echo, surface) = match *reading {
                 Reading::Range(echo) => (echo, true),
                 Reading::NothingInRange(limit) => (limit, false),
                 Reading::TooClose | Reading::Faulty => continue,
             };
-            // As many places as mounts: the push cannot be refused.
-            let _ = beams.push(Beam {
+            let prepared = Beam {
                 mount: *mount,
                 echo,
                 surface,
-            });
+            };
+            *beam = Some(prepared);
+            // As many places as sensors: the push cannot be refused.
+            let _ = usable.push(prepared);
         }
-        Self { beams }
+        Self { beams, usable }
     }
 
     /// The usable sensors.
-    pub(crate) fn beams(&self) -> &[Beam] {
-        &self.beams
+    pub(crate) fn usable(&self) -> &[Beam] {
+        &self.usable
     }
 
     /// Weighs a place of the body frame.
@@ -88,7 +94,8 @@ impl Scan {
     /// the bracket). A sensor with r < x - margin sqrt(v) sees past the place and
     /// multiplies w by the veto. A lobe without a surface supports nothing.
     ///
-    /// About 20 instructions a sensor, 60 for one that has the place in view.
+    /// About 10 instructions, 20 more for each sensor that may have the place in view
+    /// and 60 more for each that has.
     #[must_use]
     #[inline]
     pub fn weigh(&self, model: &Model, place: Point) -> View {
@@ -99,7 +106,10 @@ impl Scan {
         let mut veto = 1.0;
         let mut in_view = false;
         let mut seen_past = false;
-        for beam in &self.beams {
+        for sensor in model.visibility.at(place).iter() {
+            let Some(Some(beam)) = self.beams.get(sensor) else {
+                continue;
+            };
             let seen = beam.mount.sensor_from_body(place);
             if seen.x <= 0.0 || seen.y.abs() > model.lobe.tangent_max() * seen.x {
                 continue;
@@ -208,14 +218,11 @@ mod tests {
         // Both front sensors, a place between them on both arcs' one-sigma side.
         let model = model(FilterParameters::PAPER);
         let place = Point::new(0.15, 0.0);
-        let alone: Vec<f32, 2> = [3, 4]
-            .iter()
-            .map(|&sensor| {
-                scan(&model, only(sensor, TENTH))
-                    .weigh(&model, place)
-                    .weight
-            })
-            .collect();
+        let alone = [3, 4].map(|sensor| {
+            scan(&model, only(sensor, TENTH))
+                .weigh(&model, place)
+                .weight
+        });
         let mut samples = only(3, TENTH);
         samples[4] = TENTH;
         let both = scan(&model, samples).weigh(&model, place).weight;
@@ -273,7 +280,7 @@ mod tests {
         let model = model(FilterParameters::PAPER);
         for sample in [Sample::Missing, Sample::Saturated] {
             let scan = scan(&model, [sample; SENSORS]);
-            assert!(scan.beams().is_empty());
+            assert!(scan.usable().is_empty());
             assert!(!scan.weigh(&model, on_axis(3, 0.01)).in_view);
         }
     }

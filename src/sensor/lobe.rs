@@ -16,6 +16,7 @@ const PIECES: usize = 64;
 pub struct Lobe {
     /// S at equally spaced cosines, from the axis outward.
     table: [f32; PIECES + 1],
+    last: f32,
     pieces_per_cosine: f32,
     tangent_max: f32,
 }
@@ -33,8 +34,10 @@ impl Lobe {
             let bearing = math::acos(1.0 - index as f32 * spacing);
             *entry = math::sqrt(photometry.directivity(bearing).unwrap_or(0.0));
         }
+        let [.., last] = table;
         Self {
             table,
+            last,
             pieces_per_cosine: 1.0 / spacing,
             tangent_max: sine_max / cosine_max,
         }
@@ -51,12 +54,14 @@ impl Lobe {
     #[must_use]
     #[inline]
     pub fn at(&self, cosine: f32) -> f32 {
-        let place = ((1.0 - cosine) * self.pieces_per_cosine).max(0.0);
-        let index = (place as usize).min(PIECES - 1);
-        let share = (place - index as f32).min(1.0);
+        let place = (1.0 - cosine) * self.pieces_per_cosine;
+        // The conversion takes anything below the table to its first entry.
+        let index = place as usize;
+        let share = place - index as f32;
         match self.table.get(index..index + 2) {
-            Some(&[near, far]) => near + share * (far - near),
-            _ => 0.0,
+            Some(&[near, far]) if share > 0.0 => near + share * (far - near),
+            Some(&[near, _]) => near,
+            _ => self.last,
         }
     }
 }

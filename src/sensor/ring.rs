@@ -129,8 +129,14 @@ impl SensorMask {
     }
 
     /// The indices in the set, ascending.
+    #[inline]
     pub fn iter(self) -> impl Iterator<Item = usize> {
-        (0..SENSORS).filter(move |&index| self.contains(index))
+        let mut rest = self.0;
+        core::iter::from_fn(move || {
+            let index = rest.trailing_zeros() as usize;
+            rest &= rest.wrapping_sub(1);
+            (index < SENSORS).then_some(index)
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Message;
+use super::{Message, Outgoing};
 use crate::checksum::CRC;
 
 /// The longest frame on the line, its zero byte included.
@@ -118,16 +118,16 @@ impl Encoder {
     ///
     /// Empty for a message that does not fit, which no message of this version does;
     /// its number is used up all the same, so that the loss shows.
-    pub fn encode(&mut self, message: &Message) -> &[u8] {
+    pub fn encode<'m>(&mut self, message: impl Into<Outgoing<'m>>) -> &[u8] {
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
-        match self.try_encode(sequence, message) {
+        match self.try_encode(sequence, &message.into()) {
             Some(length) => self.frame.get(..length).unwrap_or_default(),
             None => &[],
         }
     }
 
-    fn try_encode(&mut self, sequence: u16, message: &Message) -> Option<usize> {
+    fn try_encode(&mut self, sequence: u16, message: &Outgoing<'_>) -> Option<usize> {
         let mut body = [0; MAX_BODY];
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = body.split_first_chunk_mut::<HEADER>()?;

@@ -22,6 +22,27 @@ pub enum Message {
     Truth(Truth),
 }
 
+/// A message that is about to be encoded: the same bytes as a [`Message`], no copy.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub enum Outgoing<'a> {
+    /// As [`Message::Input`].
+    Input(&'a Input),
+    /// As [`Message::Event`].
+    Event(&'a Event),
+    /// As [`Message::Truth`].
+    Truth(&'a Truth),
+}
+
+impl<'a> From<&'a Message> for Outgoing<'a> {
+    fn from(message: &'a Message) -> Self {
+        match message {
+            Message::Input(input) => Self::Input(input),
+            Message::Event(event) => Self::Event(event),
+            Message::Truth(truth) => Self::Truth(truth),
+        }
+    }
+}
+
 /// What a simulator knows and a robot does not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -11,7 +11,7 @@ mod terminal;
 
 pub use decoder::{Decoder, Received};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
-pub use message::{Message, SCENARIO_CHUNK, Truth};
+pub use message::{Message, Outgoing, SCENARIO_CHUNK, Truth};
 pub use terminal::{Importance, Terminal};
 
 /// Version of the messages; said in every boot event.

@@ -3,7 +3,7 @@
 //! Portable like the node: the flash image feeds it from a serial port, a test from
 //! memory.
 
-use super::{Decoder, Encoder, Message, Received};
+use super::{Decoder, Encoder, Message, Outgoing, Received};
 use crate::event::{Boot, Event, Status};
 use crate::fault::Fault;
 use crate::input::Input;
@@ -130,7 +130,8 @@ impl<'a, const N: usize> Terminal<'a, N> {
 }
 
 fn transmit(encoder: &mut Encoder, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {
-    let importance = Importance::of(event);
-    // A clone of an event is a copy of at most 120 bytes.
-    send(encoder.encode(&Message::Event(event.clone())), importance);
+    send(
+        encoder.encode(Outgoing::Event(event)),
+        Importance::of(event),
+    );
 }

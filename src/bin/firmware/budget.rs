@@ -3,18 +3,18 @@
 /// Particles that fit: 8 sensors x 1000.
 pub(crate) const CAPACITY: usize = 8000;
 
-/// Bytes waiting to be sent. A whole step of 8000 outcomes takes 211 frames of 128
-/// bytes, 27 008, and must fit beside the reserve.
-pub(crate) const SEND_QUEUE: usize = 32_768;
+/// Frames that wait to be sent, one place less than this.
+pub(crate) const SEND_QUEUE: usize = 256;
 
 /// Bytes received and not yet looked at: twice the window of 8 frames of 128.
 pub(crate) const RECEIVE_QUEUE: usize = 2048;
 
-/// Room that particle frames leave for everything else.
-pub(crate) const RESERVE: usize = 1024;
+/// Places that particle frames leave for everything else.
+pub(crate) const RESERVE: usize = 24;
 
-/// Room in which all frames of any one input fit.
-pub(crate) const INPUT_ROOM: usize = 27_008 + RESERVE;
+/// Places in which all frames of any one input fit: 211 of particles for 8000
+/// outcomes, the step's begin and end, the answer.
+pub(crate) const INPUT_ROOM: usize = CAPACITY.div_ceil(amiro_ipf::event::BATCH) + RESERVE;
 
 const _: () = assert!(INPUT_ROOM < SEND_QUEUE);
 const _: () =

@@ -2,6 +2,7 @@
 
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::ParticleSet;
+use amiro_ipf::wire::MAX_FRAME;
 
 use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
@@ -12,18 +13,19 @@ use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 pub(crate) fn print_budget() {
     const RAM: usize = 128 * 1024;
     let particles = core::mem::size_of::<ParticleSet<CAPACITY>>();
-    let config = Config::default();
+    let send_queue = SEND_QUEUE * (MAX_FRAME + 1);
+    let left = RAM - particles - send_queue - RECEIVE_QUEUE;
     println!("amiro-ipf firmware, memory budget of the STM32F405 image");
-    println!("{particles:>8} bytes  particle set, {CAPACITY} particles of 8 bytes");
+    println!("{particles:>8} bytes  particle set: {CAPACITY} particles of 8 bytes");
     println!(
-        "{SEND_QUEUE:>8} bytes  send queue ({INPUT_ROOM} for the events of one input, {RESERVE} of it reserved)"
+        "{send_queue:>8} bytes  send queue: {SEND_QUEUE} frames of {MAX_FRAME} bytes and a length;"
+    );
+    println!(
+        "{:>15} {INPUT_ROOM} for the events of one input, {RESERVE} of them in reserve",
+        ""
     );
     println!("{RECEIVE_QUEUE:>8} bytes  receive queue");
-    let spent = particles + SEND_QUEUE + RECEIVE_QUEUE;
-    println!(
-        "{:>8} bytes  left of {RAM} for stack and the rest",
-        RAM - spent
-    );
+    println!("{left:>8} bytes  left of {RAM} for stack and the rest");
     println!();
-    println!("parameters at boot: {config:#?}");
+    println!("configuration at boot: {:#?}", Config::default());
 }

@@ -5,7 +5,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use amiro_ipf::wire::{Importance, Terminal};
+use amiro_ipf::wire::{Importance, MAX_FRAME, Terminal};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART2};
 
@@ -15,10 +15,36 @@ use crate::clock::Beats;
 /// Received bytes lost for want of room or to line errors.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
+/// A frame that waits to be sent.
+struct Waiting {
+    bytes: [u8; MAX_FRAME],
+    length: u8,
+}
+
+impl Waiting {
+    /// A copy of a frame; `None` if it is longer than a frame may be.
+    fn of(frame: &[u8]) -> Option<Self> {
+        let mut bytes = [0; MAX_FRAME];
+        bytes.get_mut(..frame.len())?.copy_from_slice(frame);
+        Some(Self {
+            bytes,
+            length: frame.len() as u8,
+        })
+    }
+
+    fn byte(&self, place: u8) -> Option<u8> {
+        if place < self.length {
+            self.bytes.get(usize::from(place)).copied()
+        } else {
+            None
+        }
+    }
+}
+
 /// Both queues; a static of the image.
 pub(crate) struct Queues {
     received: Queue<u8, RECEIVE_QUEUE>,
-    to_send: Queue<u8, SEND_QUEUE>,
+    to_send: Queue<Waiting, SEND_QUEUE>,
 }
 
 impl Queues {
@@ -38,6 +64,7 @@ impl Queues {
             usart,
             received,
             sending,
+            sent: 0,
         };
         let inbox = Inbox { receiving };
         let outbox = Outbox {
@@ -52,49 +79,56 @@ impl Queues {
 pub(crate) struct Line {
     usart: USART2,
     received: Producer<'static, u8>,
-    sending: Consumer<'static, u8>,
+    sending: Consumer<'static, Waiting>,
+    /// Bytes of the first waiting frame that are out.
+    sent: u8,
 }
 
 impl Line {
     /// Takes what has arrived and sends what waits; whether `think` has something to do.
-    ///
-    /// One byte each way a call, and one more while the line is ready: at most as
-    /// many turns as a frame has bytes, so that nothing else starves.
     pub(crate) fn move_bytes(&mut self) -> bool {
-        let mut wake = false;
-        for _ in 0..amiro_ipf::wire::MAX_FRAME {
-            let status = self.usart.sr().read();
-            let came = status.rxne().bit_is_set() || status.ore().bit_is_set();
-            if came {
-                // Reading the data register after the status clears the error flags.
-                let byte = self.usart.dr().read().dr().bits() as u8;
-                let damaged = status.ore().bit_is_set()
-                    || status.nf().bit_is_set()
-                    || status.fe().bit_is_set();
-                let kept = status.rxne().bit_is_clear() || self.received.enqueue(byte).is_ok();
-                if damaged || !kept {
-                    LOST.fetch_add(1, Ordering::Relaxed);
-                }
-                wake = true;
-            }
-            let goes = status.txe().bit_is_set();
-            let sent = goes && self.send_next();
-            // Just room enough for an input's events: `think` may go on.
-            wake |= sent && self.sending.len() == SEND_QUEUE - 1 - INPUT_ROOM;
-            if !came && !sent {
-                break;
-            }
-        }
+        let came = self.receive();
+        let room = self.send();
         self.listen();
-        wake
+        came || room
     }
 
-    fn send_next(&mut self) -> bool {
-        let Some(byte) = self.sending.dequeue() else {
+    /// Takes a byte if one has arrived.
+    fn receive(&mut self) -> bool {
+        let status = self.usart.sr().read();
+        let overrun = status.ore().bit_is_set();
+        if status.rxne().bit_is_clear() && !overrun {
+            return false;
+        }
+        // Reading the data register after the status clears the error flags.
+        let byte = self.usart.dr().read().dr().bits() as u8;
+        let damaged = overrun || status.nf().bit_is_set() || status.fe().bit_is_set();
+        let kept = status.rxne().bit_is_clear() || self.received.enqueue(byte).is_ok();
+        if damaged || !kept {
+            LOST.fetch_add(1, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Sends while the line is ready, at most one frame, so that a line that is always
+    /// ready starves nobody; whether `think` has room enough again.
+    fn send(&mut self) -> bool {
+        let Some(frame) = self.sending.peek() else {
             return false;
         };
-        self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
-        true
+        while self.usart.sr().read().txe().bit_is_set() {
+            let Some(byte) = frame.byte(self.sent) else {
+                break;
+            };
+            self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
+            self.sent += 1;
+        }
+        if self.sent < frame.length {
+            return false;
+        }
+        self.sent = 0;
+        self.sending.dequeue();
+        self.sending.len() == SEND_QUEUE - 1 - INPUT_ROOM
     }
 
     fn listen(&mut self) {
@@ -143,14 +177,14 @@ impl Inbox {
     }
 }
 
-/// Bytes to send, for `think`.
+/// Frames to send, for `think`.
 pub(crate) struct Outbox {
-    to_send: Producer<'static, u8>,
+    to_send: Producer<'static, Waiting>,
     dropped: u32,
 }
 
 impl Outbox {
-    /// Queues a frame whole, or drops it whole and counts it.
+    /// Queues a frame, or drops it and counts it.
     ///
     /// Details leave a reserve for everything else; nothing ever waits.
     pub(crate) fn send(&mut self, frame: &[u8], importance: Importance) {
@@ -158,18 +192,15 @@ impl Outbox {
             Importance::Detail => RESERVE,
             Importance::Essential => 0,
         };
-        if self.room() < frame.len() + reserve {
+        let queued = self.room() > reserve
+            && Waiting::of(frame).is_some_and(|frame| self.to_send.enqueue(frame).is_ok());
+        if !queued {
             self.dropped = self.dropped.wrapping_add(1);
-            return;
-        }
-        for byte in frame {
-            // There is room: the byte cannot be refused.
-            let _ = self.to_send.enqueue(*byte);
         }
         rtic::pend(Interrupt::USART2);
     }
 
-    /// Free bytes.
+    /// Free places.
     pub(crate) fn room(&self) -> usize {
         SEND_QUEUE - 1 - self.to_send.len()
     }

@@ -33,7 +33,7 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC, TIM8_BRK_TIM12])]
+#[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC])]
 mod app {
     use amiro_ipf::filter::ParticleSet;
     use amiro_ipf::node::Node;
@@ -78,6 +78,14 @@ mod app {
             led: board.led,
         };
         (Shared {}, local)
+    }
+
+    /// Sleeps until the next interrupt.
+    #[idle]
+    fn idle(_: idle::Context) -> ! {
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 
     /// Moves bytes. Wakes `think` for every byte that came and when there is room again.

@@ -1,0 +1,72 @@
+//! Lock-step: inputs go out only as fast as their answers come back.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use amiro_ipf::event::Event;
+use amiro_ipf::input::Input;
+use amiro_ipf::wire::Message;
+
+use super::board::ANSWER_DEADLINE;
+use super::{Board, LinkError};
+
+/// Feeds inputs to a board and hands its events on, in order, until all are answered.
+///
+/// At most as many inputs are unanswered at a time as the board said it takes ahead;
+/// nothing is lost by design, so the run is exactly repeatable. `on_event` also gets
+/// statuses, which come when the board's clock says so. `on_answer` is called once
+/// an input, for a progress bar.
+///
+/// # Errors
+/// [`LinkError::NoAnswer`] when the board says nothing about an input for two
+/// seconds; [`LinkError::Refused`]; a broken link.
+pub fn drive(
+    board: &mut Board,
+    inputs: &[Input],
+    mut on_event: impl FnMut(&Event),
+    mut on_answer: impl FnMut(),
+) -> Result<(), LinkError> {
+    let window = board
+        .boot()
+        .map_or(1, |boot| usize::from(boot.window.max(1)));
+    let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
+    let mut rest = inputs.iter().enumerate();
+    let mut deadline = Instant::now() + ANSWER_DEADLINE;
+    loop {
+        while waiting.len() < window {
+            let Some((index, input)) = rest.next() else {
+                break;
+            };
+            waiting.push_back((index, board.send(input)?));
+        }
+        let Some(&(first, _)) = waiting.front() else {
+            return Ok(());
+        };
+        let Some(frame) = board.receive_frame(deadline)? else {
+            return Err(LinkError::NoAnswer { input: first });
+        };
+        let Message::Event(event) = frame.message else {
+            continue;
+        };
+        if !matches!(event, Event::Status(_)) {
+            deadline = Instant::now() + ANSWER_DEADLINE;
+        }
+        let Event::Answer { input, refused } = event else {
+            on_event(&event);
+            continue;
+        };
+        let Some(place) = waiting.iter().position(|&(_, sequence)| sequence == input) else {
+            continue;
+        };
+        let Some((index, _)) = waiting.remove(place) else {
+            continue;
+        };
+        if let Some(fault) = refused {
+            return Err(LinkError::Refused {
+                input: index,
+                fault,
+            });
+        }
+        on_answer();
+    }
+}

@@ -1,0 +1,18 @@
+//! Live boards: a serial port, the flash image in QEMU, a terminal in memory.
+//!
+//! All three are a [`Board`]: bytes out, bytes in. [`drive`] feeds one in lock-step,
+//! [`Comparison`] holds its answers against the host's own run.
+
+mod board;
+mod comparison;
+mod image;
+mod lockstep;
+mod memory;
+mod qemu;
+mod serial;
+
+pub use board::{Board, LinkError};
+pub use comparison::{Comparison, Verdict};
+pub use image::{Image, ImageError, Layout, build_image};
+pub use lockstep::drive;
+pub use qemu::QemuOptions;

@@ -1,0 +1,126 @@
+//! The flash image in QEMU: a board without sensors, with a serial line.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::{Board, Image, LinkError};
+
+/// QEMU's name for a board with an STM32F405.
+const MACHINE: &str = "netduinoplus2";
+
+/// The emulator's program.
+const PROGRAM: &str = "qemu-system-arm";
+
+/// Start of the RAM and its size, for filling it beforehand.
+const RAM_START: u32 = 0x2000_0000;
+const RAM_SIZE: usize = 128 * 1024;
+
+/// How the emulator is run.
+#[derive(Clone, Debug, Default)]
+pub struct QemuOptions {
+    /// Count one instruction a nanosecond, so that cycle figures are instructions.
+    pub count_instructions: bool,
+    /// Fill the RAM with this byte before the reset, as silicon's is never zero.
+    pub ram_fill: Option<u8>,
+}
+
+impl Board {
+    /// Starts the image in QEMU. The emulator ends with the board.
+    ///
+    /// # Errors
+    /// [`LinkError::Start`] when QEMU is not installed or does not start.
+    pub fn in_qemu(image: &Image, options: &QemuOptions) -> Result<Self, LinkError> {
+        // As bytes, not as an ELF file: QEMU would clear the statics, which silicon
+        // leaves to the start code.
+        let flash = ScratchFile::write("flash", image.flash())?;
+        let mut command = Command::new(PROGRAM);
+        command
+            .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
+            // The first line is USART1, whose start crashes the emulator; ours is the second.
+            .args(["-serial", "null", "-serial", "stdio"])
+            .arg("-kernel")
+            .arg(&flash.path)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
+        if options.count_instructions {
+            command.args(["-icount", "shift=0"]);
+        }
+        let ram = match options.ram_fill {
+            Some(byte) => Some(ScratchFile::write("ram", &vec![byte; RAM_SIZE])?),
+            None => None,
+        };
+        if let Some(ram) = &ram {
+            command.arg("-device").arg(format!(
+                "loader,file={},addr={RAM_START:#x},force-raw=on",
+                ram.path.display()
+            ));
+        }
+        let mut child = command.spawn().map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => LinkError::Start(format!(
+                "{PROGRAM} is not installed (Debian, Ubuntu: apt-get install qemu-system-arm)"
+            )),
+            _ => LinkError::Start(format!("{PROGRAM}: {error}")),
+        })?;
+        let (Some(output), Some(input)) = (child.stdout.take(), child.stdin.take()) else {
+            return Err(LinkError::Start(format!("{PROGRAM} has no pipes")));
+        };
+        let emulator = Emulator {
+            child,
+            _files: (flash, ram),
+        };
+        Ok(Self::over(output, input, emulator))
+    }
+
+    /// Whether QEMU can be started here.
+    #[must_use]
+    pub fn is_qemu_installed() -> bool {
+        Command::new(PROGRAM)
+            .arg("--version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|status| status.success())
+    }
+}
+
+/// The emulator's process; ends when dropped.
+struct Emulator {
+    child: Child,
+    _files: (ScratchFile, Option<ScratchFile>),
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // It may have ended by itself; either way it is waited for.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A file for the emulator to read; removed when dropped.
+struct ScratchFile {
+    path: PathBuf,
+}
+
+impl ScratchFile {
+    fn write(kind: &str, content: &[u8]) -> Result<Self, LinkError> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("amiro-ipf-{kind}-{}-{number}.bin", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::File::create(&path)
+            .and_then(|mut file| file.write_all(content))
+            .map_err(|error| LinkError::Start(format!("{}: {error}", path.display())))?;
+        Ok(Self { path })
+    }
+}
+
+impl Drop for ScratchFile {
+    fn drop(&mut self) {
+        // Nothing depends on its being gone.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
