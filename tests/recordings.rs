@@ -121,10 +121,10 @@ fn rows_repeated_to_the_letter_are_used_once() {
 fn full_register_is_saturated() {
     let text = HEADER.to_owned() + "65535\t65534\t0\t0\t0\t0\t0\t0\t0\t0\t0\n";
     let recording = reading(text).unwrap();
-    let Input::Proximity { samples, .. } = recording.inputs[1] else {
-        panic!("no readings: {:?}", recording.inputs);
-    };
-    assert_eq!(samples[..2], [Sample::Saturated, Sample::Counts(65_534)]);
+    let mut samples = [Sample::Counts(0); 8];
+    samples[..2].copy_from_slice(&[Sample::Saturated, Sample::Counts(65_534)]);
+    let stamp_us = 0;
+    assert_eq!(recording.inputs[1], Input::Proximity { stamp_us, samples });
 }
 
 #[test]
@@ -728,7 +728,7 @@ fn f86_file_without_permission_is_named() {
     let scratch = Scratch::new("forbidden");
     let path = scratch.0.join("drive.txt");
     fs::write(&path, text_of(3)).unwrap();
-    fs::set_permissions(&path, fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap();
     if fs::File::open(&path).is_ok() {
         println!("skipped: this user may read everything");
         return;

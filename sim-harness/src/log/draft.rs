@@ -12,8 +12,8 @@ use super::{Format, GroundTruth, Place, Reason, Recording};
 
 /// Most inputs, events and true poses that one recording may hold together.
 ///
-/// An entry takes at most 160 bytes, so this bounds the memory that an endless source
-/// can take at 0.6 GB. It is 69 hours of readings and odometry at 8 Hz.
+/// An entry takes at most 128 bytes, so this bounds the memory that an endless source
+/// can take at 0.5 GB. It is 69 hours of readings and odometry at 8 Hz.
 pub const MOST_ENTRIES: usize = 4_000_000;
 
 /// Stamps further apart than this begin a new segment.
@@ -215,8 +215,8 @@ mod tests {
 
     #[test]
     fn entry_is_as_small_as_the_cap_assumes() {
-        assert!(size_of::<Input>() <= 160, "{}", size_of::<Input>());
-        assert!(size_of::<Event>() <= 160, "{}", size_of::<Event>());
+        assert!(size_of::<Input>() <= 128, "{}", size_of::<Input>());
+        assert!(size_of::<Event>() <= 128, "{}", size_of::<Event>());
     }
 
     #[test]
