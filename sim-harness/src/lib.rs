@@ -4,4 +4,5 @@
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 
 pub mod link;
+pub mod log;
 pub mod mapping;

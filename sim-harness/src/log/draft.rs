@@ -1,0 +1,241 @@
+//! A recording in the making: every rule that does not depend on the format.
+
+use std::fmt::Display;
+use std::ops::ControlFlow;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
+
+use super::{Format, GroundTruth, Place, Reason, Recording};
+
+/// Most inputs, events and true poses that one recording may hold together.
+///
+/// An entry takes at most 128 bytes, so this bounds the memory that an endless source
+/// can take at 0.5 GB. It is 69 hours of readings and odometry at 8 Hz.
+pub const MOST_ENTRIES: usize = 4_000_000;
+
+/// Stamps further apart than this begin a new segment.
+const GAP_US: u64 = 1_000_000;
+
+/// A recording in the making.
+#[derive(Debug)]
+pub(super) struct Draft {
+    recording: Recording,
+    last_of_kind: [Option<(u64, Input)>; 4],
+    newest_us: Option<u64>,
+    room: usize,
+}
+
+impl Draft {
+    pub(super) fn new(format: Format) -> Self {
+        Self {
+            recording: Recording::new(format),
+            last_of_kind: [None; 4],
+            newest_us: None,
+            room: MOST_ENTRIES,
+        }
+    }
+
+    pub(super) fn finish(self) -> Recording {
+        self.recording
+    }
+
+    pub(super) fn refuse(&mut self, place: Place, reason: Reason, text: impl Display) {
+        self.recording.refusals.add(place, reason, text);
+    }
+
+    /// Takes an input if it is usable; breaks when nothing after it may be used.
+    pub(super) fn take_input(&mut self, place: Place, input: Input) -> ControlFlow<()> {
+        let (kind, stamp_us) = match input {
+            Input::Hello => return ControlFlow::Continue(()),
+            Input::Configure(config) => return self.take_config(place, config),
+            Input::Proximity { stamp_us, .. } => (0, stamp_us),
+            Input::Odometry { stamp_us, .. } => (1, stamp_us),
+            Input::Wheels { stamp_us, .. } => (2, stamp_us),
+            Input::Tick { stamp_us } => (3, stamp_us),
+        };
+        if !is_finite(&input) {
+            self.refuse(place, Reason::NotFinite, "a number is not finite");
+            return ControlFlow::Continue(());
+        }
+        if let Some((last_us, last)) = self.last_of_kind.get(kind).copied().flatten() {
+            if last == input {
+                self.refuse(place, Reason::Repeated, "repeats the input before");
+                return ControlFlow::Continue(());
+            }
+            if stamp_us < last_us {
+                self.refuse_backward(place, stamp_us, last_us);
+                return ControlFlow::Continue(());
+            }
+        }
+        self.make_room(place)?;
+        if let Some(last) = self.last_of_kind.get_mut(kind) {
+            *last = Some((stamp_us, input));
+        }
+        self.count_segment(stamp_us);
+        self.recording.inputs.push(input);
+        ControlFlow::Continue(())
+    }
+
+    /// Takes the first legal configuration; what was before it is forgotten, as a node does.
+    fn take_config(&mut self, place: Place, config: Config) -> ControlFlow<()> {
+        if let Err(error) = config.validate() {
+            self.refuse(place, Reason::BadConfiguration, error);
+            return ControlFlow::Continue(());
+        }
+        let recording = &mut self.recording;
+        if recording.config.is_some() {
+            let text = "a second configuration: what follows is another run";
+            self.refuse(place, Reason::SecondRun, text);
+            return ControlFlow::Break(());
+        }
+        recording.config = Some(config);
+        if recording.inputs.is_empty() {
+            return ControlFlow::Continue(());
+        }
+        let forgotten = recording.inputs.len();
+        recording.inputs.clear();
+        recording
+            .events
+            .retain(|event| matches!(event, Event::Boot(_)));
+        recording.segments = 0;
+        self.last_of_kind = [None; 4];
+        self.newest_us = None;
+        self.refuse(
+            place,
+            Reason::Forgotten,
+            format_args!("a configuration, so the {forgotten} inputs before it are not used"),
+        );
+        ControlFlow::Continue(())
+    }
+
+    /// Takes what a board answered.
+    pub(super) fn take_event(&mut self, place: Place, event: Event) -> ControlFlow<()> {
+        self.make_room(place)?;
+        self.recording.events.push(event);
+        ControlFlow::Continue(())
+    }
+
+    /// Takes where the robot really was.
+    pub(super) fn take_true_pose(
+        &mut self,
+        place: Place,
+        stamp_us: u64,
+        pose: Pose,
+    ) -> ControlFlow<()> {
+        self.make_room(place)?;
+        let last = self.truth().poses.last().copied();
+        match last {
+            _ if !pose.is_finite() => {
+                self.refuse(place, Reason::NotFinite, "a number is not finite");
+            }
+            Some(last) if last == (stamp_us, pose) => {
+                self.refuse(place, Reason::Repeated, "repeats the true pose before");
+            }
+            Some((last_us, _)) if stamp_us < last_us => {
+                self.refuse_backward(place, stamp_us, last_us);
+            }
+            _ => self.truth().poses.push((stamp_us, pose)),
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The ground truth, which from now on the recording has.
+    pub(super) fn truth(&mut self) -> &mut GroundTruth {
+        self.recording
+            .truth
+            .get_or_insert_with(GroundTruth::default)
+    }
+
+    fn refuse_backward(&mut self, place: Place, stamp_us: u64, last_us: u64) {
+        self.refuse(
+            place,
+            Reason::Backward,
+            format_args!("stamp {stamp_us} us lies before {last_us} us"),
+        );
+    }
+
+    fn count_segment(&mut self, stamp_us: u64) {
+        let is_new = self
+            .newest_us
+            .is_none_or(|newest_us| stamp_us.saturating_sub(newest_us) > GAP_US);
+        self.recording.segments += usize::from(is_new);
+        self.newest_us = self.newest_us.max(Some(stamp_us));
+    }
+
+    fn make_room(&mut self, place: Place) -> ControlFlow<()> {
+        let recording = &self.recording;
+        let poses = recording
+            .truth
+            .as_ref()
+            .map_or(0, |truth| truth.poses.len());
+        if recording.inputs.len() + recording.events.len() + poses < self.room {
+            return ControlFlow::Continue(());
+        }
+        let text = format!("more than {} entries: the rest is not read", self.room);
+        self.refuse(place, Reason::Full, text);
+        ControlFlow::Break(())
+    }
+}
+
+fn is_finite(input: &Input) -> bool {
+    match input {
+        Input::Odometry { pose, .. } => pose.is_finite(),
+        Input::Wheels { speeds, .. } => {
+            speeds.left_m_per_s.is_finite() && speeds.right_m_per_s.is_finite()
+        }
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERE: Place = Place::Byte(0);
+
+    fn tick(stamp_us: u64) -> Input {
+        Input::Tick { stamp_us }
+    }
+
+    #[test]
+    fn endless_inputs_end_at_the_cap() {
+        let mut draft = Draft::new(Format::Stream);
+        draft.room = 3;
+        for stamp_us in 0..3 {
+            assert!(draft.take_input(HERE, tick(stamp_us)).is_continue());
+        }
+        assert!(draft.take_input(HERE, tick(3)).is_break());
+        let recording = draft.finish();
+        assert_eq!(recording.inputs.len(), 3);
+        assert_eq!(recording.refusals.count_of(Reason::Full), 1);
+    }
+
+    #[test]
+    fn entry_is_as_small_as_the_cap_assumes() {
+        assert!(size_of::<Input>() <= 128, "{}", size_of::<Input>());
+        assert!(size_of::<Event>() <= 128, "{}", size_of::<Event>());
+    }
+
+    #[test]
+    fn configuration_after_inputs_begins_the_run() {
+        let mut draft = Draft::new(Format::Stream);
+        let config = Config::default();
+        assert!(draft.take_input(HERE, tick(9_000_000)).is_continue());
+        assert!(
+            draft
+                .take_input(HERE, Input::Configure(config))
+                .is_continue()
+        );
+        assert!(draft.take_input(HERE, tick(5)).is_continue());
+        assert!(draft.take_input(HERE, Input::Configure(config)).is_break());
+        let recording = draft.finish();
+        assert_eq!(recording.config, Some(config));
+        assert_eq!(recording.inputs, [tick(5)]);
+        assert_eq!(recording.segments, 1);
+        assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(recording.refusals.count_of(Reason::SecondRun), 1);
+    }
+}

@@ -1,0 +1,47 @@
+//! Text of unknown origin, made safe to print.
+
+/// Characters that are shown of a text.
+const MOST_CHARACTERS: usize = 48;
+
+/// The text with everything escaped that could move a cursor, cut after 48 characters.
+///
+/// Quotes stay as they are; a backslash is doubled, so that what is shown is
+/// unambiguous.
+pub(super) fn escaped(text: &str) -> String {
+    let mut shown = whole_escaped(text.chars().take(MOST_CHARACTERS));
+    if text.chars().nth(MOST_CHARACTERS).is_some() {
+        shown.push_str("...");
+    }
+    shown
+}
+
+/// The characters, escaped likewise, to their end: for paths.
+pub(super) fn whole_escaped(characters: impl Iterator<Item = char>) -> String {
+    let mut shown = String::new();
+    for character in characters {
+        match character {
+            '\'' | '"' => shown.push(character),
+            other => shown.extend(other.escape_debug()),
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terminal_escapes_and_text_direction_are_made_visible() {
+        assert_eq!(
+            escaped("\x1b[2Jit's \u{202e}x\t\\"),
+            "\\u{1b}[2Jit's \\u{202e}x\\t\\\\"
+        );
+    }
+
+    #[test]
+    fn long_text_is_cut_and_shows_that_it_is() {
+        assert_eq!(escaped(&"a".repeat(48)), "a".repeat(48));
+        assert_eq!(escaped(&"a".repeat(1000)), "a".repeat(48) + "...");
+    }
+}

@@ -1,0 +1,74 @@
+//! What was read from a source: a drive, and what is known about it.
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
+
+use super::Refusals;
+
+/// How a source was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// AMiRo's own text: a header, then eleven tab-separated integers a row.
+    AmiroText,
+    /// The bytes of the link: COBS frames between zero bytes.
+    Stream,
+}
+
+impl std::fmt::Display for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::AmiroText => "AMiRo text",
+            Self::Stream => "frames of the link",
+        })
+    }
+}
+
+/// One run: its configuration, inputs and what was recorded beside them.
+///
+/// Stamps of each kind of input never decrease, poses and speeds are finite and the
+/// configuration is legal. A node may still refuse what came too early: a reading
+/// without odometry near it, a tick before any reading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The configuration that the inputs were recorded under, if the source has one.
+    pub config: Option<Config>,
+    /// Odometry, wheel speeds, readings and ticks, in the order of the source.
+    pub inputs: Vec<Input>,
+    /// What only a simulator knows; `None` for a real drive.
+    pub truth: Option<GroundTruth>,
+    /// What a board answered, in the order of the source.
+    pub events: Vec<Event>,
+    /// Lines and frames that were not used, with place and reason.
+    pub refusals: Refusals,
+    /// How the source was written.
+    pub format: Format,
+    /// Stretches without a gap of more than a second between inputs; 0 without inputs.
+    pub segments: usize,
+}
+
+impl Recording {
+    pub(super) fn new(format: Format) -> Self {
+        Self {
+            config: None,
+            inputs: Vec::new(),
+            truth: None,
+            events: Vec::new(),
+            refusals: Refusals::default(),
+            format,
+            segments: 0,
+        }
+    }
+}
+
+/// What a simulator knows and a robot does not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GroundTruth {
+    /// Seed of the simulation.
+    pub seed: Option<u64>,
+    /// The scenario file, as its text.
+    pub scenario: Option<String>,
+    /// Where the robot really was: stamps in microseconds, never decreasing.
+    pub poses: Vec<(u64, Pose)>,
+}

@@ -1,0 +1,216 @@
+//! What of a source was not used: where, and why.
+
+use std::fmt;
+
+use amiro_ipf::wire::FrameError;
+
+/// Refusals that are kept with their place; the rest is counted by reason.
+const KEPT: usize = 5;
+
+/// A place in a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line of text, from 1.
+    Line(u64),
+    /// The first byte of a frame, from 0.
+    Byte(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
+/// Why something was not used: what refusals are counted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reason {
+    /// A line without anything on it.
+    EmptyLine,
+    /// A line of more than 64 KiB.
+    LongLine,
+    /// A line that holds a zero byte.
+    ZeroByte,
+    /// A line that is not UTF-8.
+    NotUtf8,
+    /// A last line without its end, or a last frame without its own.
+    Cut,
+    /// A row of more or fewer than eleven fields.
+    FieldCount,
+    /// A field that is not a plain decimal integer.
+    NotAnInteger,
+    /// A number beyond what a robot can deliver.
+    OutOfRange,
+    /// The same again as just before.
+    Repeated,
+    /// Bytes that are no frame.
+    Broken(FrameError),
+    /// Frames of a sender that must have been there.
+    Lost,
+    /// A sender that numbers its frames from an earlier number again.
+    StartedOver,
+    /// A stamp before an earlier one of the same kind.
+    Backward,
+    /// A coordinate or speed that is NaN or infinite.
+    NotFinite,
+    /// A configuration with a parameter outside its range.
+    BadConfiguration,
+    /// Inputs from before the first configuration.
+    Forgotten,
+    /// A second configuration, and everything after it.
+    SecondRun,
+    /// A scenario that is too long or not UTF-8.
+    BadScenario,
+    /// Everything beyond what a recording may hold.
+    Full,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::EmptyLine => "empty line",
+            Self::LongLine => "line too long",
+            Self::ZeroByte => "zero byte",
+            Self::NotUtf8 => "not UTF-8",
+            Self::Cut => "cut",
+            Self::FieldCount => "field count",
+            Self::NotAnInteger => "not an integer",
+            Self::OutOfRange => "out of range",
+            Self::Repeated => "repeated",
+            Self::Broken(error) => return error.fmt(f),
+            Self::Lost => "frames lost",
+            Self::StartedOver => "sender started over",
+            Self::Backward => "stamp goes backward",
+            Self::NotFinite => "not finite",
+            Self::BadConfiguration => "bad configuration",
+            Self::Forgotten => "before the configuration",
+            Self::SecondRun => "second run",
+            Self::BadScenario => "bad scenario",
+            Self::Full => "too much",
+        })
+    }
+}
+
+/// One thing that was not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// Where it is.
+    pub place: Place,
+    /// Why it was refused.
+    pub reason: Reason,
+    /// The same with the particulars; text from the source is escaped.
+    pub text: String,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.text)
+    }
+}
+
+/// Everything of a source that was not used.
+///
+/// Keeps the first five with their places and counts the rest by reason, so that a
+/// source of nothing but garbage costs no memory.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Refusals {
+    first: Vec<Refusal>,
+    rest: Vec<(Reason, u64)>,
+}
+
+impl Refusals {
+    /// Whether everything was used.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.first.is_empty()
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.first.len() as u64 + self.beyond_first()
+    }
+
+    /// How many there are for one reason.
+    #[must_use]
+    pub fn count_of(&self, reason: Reason) -> u64 {
+        let first = self.first.iter().filter(|first| first.reason == reason);
+        let rest = self.rest.iter().filter(|(rest, _)| *rest == reason);
+        first.count() as u64 + rest.map(|(_, count)| count).sum::<u64>()
+    }
+
+    /// The first five.
+    #[must_use]
+    pub fn first(&self) -> &[Refusal] {
+        &self.first
+    }
+
+    fn beyond_first(&self) -> u64 {
+        self.rest.iter().map(|(_, count)| count).sum()
+    }
+
+    pub(super) fn add(&mut self, place: Place, reason: Reason, text: impl fmt::Display) {
+        if self.first.len() < KEPT {
+            let text = text.to_string();
+            self.first.push(Refusal {
+                place,
+                reason,
+                text,
+            });
+            return;
+        }
+        match self.rest.iter_mut().find(|(rest, _)| *rest == reason) {
+            Some((_, count)) => *count += 1,
+            None => self.rest.push((reason, 1)),
+        }
+    }
+}
+
+/// A line for each of the first five and one that sums up the rest.
+impl fmt::Display for Refusals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, refusal) in self.first.iter().enumerate() {
+            let end = if index == 0 { "" } else { "\n" };
+            write!(f, "{end}{refusal}")?;
+        }
+        if self.rest.is_empty() {
+            return Ok(());
+        }
+        write!(f, "\nand {} more (", self.beyond_first())?;
+        for (index, (reason, count)) in self.rest.iter().enumerate() {
+            let comma = if index == 0 { "" } else { ", " };
+            write!(f, "{comma}{reason} x {count}")?;
+        }
+        f.write_str(")")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_are_shown_and_the_rest_is_summed_by_reason() {
+        let mut refusals = Refusals::default();
+        assert_eq!(refusals.to_string(), "");
+        for line in 1..=12 {
+            let reason = if line % 3 == 0 {
+                Reason::OutOfRange
+            } else {
+                Reason::Repeated
+            };
+            refusals.add(Place::Line(line), reason, format_args!("number {line}"));
+        }
+        assert_eq!(
+            refusals.to_string(),
+            "line 1: number 1\nline 2: number 2\nline 3: number 3\nline 4: number 4\n\
+             line 5: number 5\nand 7 more (out of range x 3, repeated x 4)"
+        );
+        assert_eq!(refusals.count(), 12);
+        assert_eq!(refusals.count_of(Reason::OutOfRange), 4);
+        assert_eq!(refusals.count_of(Reason::Cut), 0);
+    }
+}

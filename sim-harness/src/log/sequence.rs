@@ -1,0 +1,68 @@
+//! Sequence numbers of several senders whose frames lie in one file.
+
+use std::collections::BTreeMap;
+
+/// How a frame's number follows its sender's last one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Continuity {
+    /// It is the next one, or the first of its sender.
+    Next,
+    /// So many are missing before it.
+    Lost(u16),
+    /// It is the sender's last frame again, byte for byte.
+    Again,
+    /// It is an earlier number: the sender started over.
+    Earlier,
+}
+
+/// The last frame of each sender, by boot id: at most 256 times 128 bytes.
+///
+/// The link's own decoder expects one sender; a recording interleaves a host and a
+/// board.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sequences {
+    last: BTreeMap<u8, (u16, Vec<u8>)>,
+}
+
+impl Sequences {
+    /// Takes the next frame: its boot id, its number, its bytes as they were written.
+    pub(super) fn follow(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> Continuity {
+        let before = self.last.insert(boot_id, (sequence, bytes.to_vec()));
+        let Some((last, last_bytes)) = before else {
+            return Continuity::Next;
+        };
+        match sequence.wrapping_sub(last) {
+            0 if last_bytes == bytes => Continuity::Again,
+            1 => Continuity::Next,
+            // The upper half of the circle, and the same number on another frame.
+            0 | 0x8000.. => Continuity::Earlier,
+            ahead => Continuity::Lost(ahead - 1),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn senders_are_numbered_apart() {
+        let mut sequences = Sequences::default();
+        let mut follow = |boot_id, sequence| sequences.follow(boot_id, sequence, &[boot_id]);
+        assert_eq!(follow(1, 65_534), Continuity::Next);
+        assert_eq!(follow(2, 7), Continuity::Next);
+        assert_eq!(follow(1, 65_535), Continuity::Next);
+        assert_eq!(follow(2, 10), Continuity::Lost(2));
+        assert_eq!(follow(1, 0), Continuity::Next);
+        assert_eq!(follow(1, 0), Continuity::Again);
+        assert_eq!(follow(2, 3), Continuity::Earlier);
+        assert_eq!(follow(2, 4), Continuity::Next);
+    }
+
+    #[test]
+    fn same_number_on_another_frame_is_a_new_start() {
+        let mut sequences = Sequences::default();
+        assert_eq!(sequences.follow(1, 0, b"a"), Continuity::Next);
+        assert_eq!(sequences.follow(1, 0, b"b"), Continuity::Earlier);
+    }
+}

@@ -1,0 +1,141 @@
+//! The bytes of the link: frames of a host and of the board that answers it.
+//!
+//! `docs/protocol.md` is the specification of a frame. In a file, frames of several
+//! senders lie one after another, told apart by their boot ids; each sender's
+//! sequence numbers are followed on their own, so that interleaving costs nothing and
+//! a lost frame shows as a gap.
+
+use std::io::Read;
+use std::ops::ControlFlow;
+
+use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
+
+use super::draft::Draft;
+use super::sequence::{Continuity, Sequences};
+use super::source::Source;
+use super::{Format, LogError, Place, Reason, Recording};
+
+/// Most bytes between two zero bytes of good frames.
+const MOST_ENCODED: usize = MAX_FRAME - 1;
+/// Most bytes of a scenario.
+const MOST_SCENARIO: usize = 64 * 1024;
+
+/// The pieces of the scenario so far and where it began.
+#[derive(Debug, Default)]
+struct Scenario {
+    begins: Option<Place>,
+    bytes: Vec<u8>,
+    is_too_long: bool,
+}
+
+/// Whether the beginning of a source holds a frame, or at least begins as one would.
+pub(super) fn is_stream(head: &[u8]) -> bool {
+    head.first() == Some(&0)
+        || head
+            .split(|byte| *byte == 0)
+            .any(|piece| Frame::decode(&mut piece.to_vec()).is_ok())
+}
+
+/// Reads a source of frames to its end.
+///
+/// # Errors
+/// A source that cannot be read, or that shows no frame in its first MiB.
+pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogError> {
+    let mut draft = Draft::new(Format::Stream);
+    let mut sequences = Sequences::default();
+    let mut scenario = Scenario::default();
+    let mut bytes = Vec::with_capacity(MAX_FRAME);
+    // One byte beyond the longest frame, so that its decoder sees that it is too long.
+    while let Some(piece) = source.read_piece(0, MOST_ENCODED + 1, &mut bytes)? {
+        if bytes.is_empty() {
+            continue;
+        }
+        let place = Place::Byte(piece.start);
+        let encoded = bytes.clone();
+        let frame = match Frame::decode(&mut bytes) {
+            Ok(frame) => frame,
+            Err(error) if piece.is_ended => {
+                draft.refuse(place, Reason::Broken(error), error);
+                continue;
+            }
+            Err(_) => {
+                draft.refuse(place, Reason::Cut, "the source ends within a frame");
+                continue;
+            }
+        };
+        source.trust();
+        let continuity = sequences.follow(frame.boot_id, frame.sequence, &encoded);
+        report(&mut draft, place, frame.sequence, continuity);
+        if continuity == Continuity::Again {
+            continue;
+        }
+        if take(&mut draft, &mut scenario, place, frame.message).is_break() {
+            break;
+        }
+    }
+    scenario.finish(&mut draft);
+    Ok(draft.finish())
+}
+
+fn report(draft: &mut Draft, place: Place, sequence: u16, continuity: Continuity) {
+    match continuity {
+        Continuity::Next => {}
+        Continuity::Lost(frames) => {
+            let text = format_args!("{frames} frames lost");
+            draft.refuse(place, Reason::Lost, text);
+        }
+        Continuity::Again => {
+            let text = format_args!("repeats frame {sequence}");
+            draft.refuse(place, Reason::Repeated, text);
+        }
+        Continuity::Earlier => {
+            let text = format_args!("the sender starts over at frame {sequence}");
+            draft.refuse(place, Reason::StartedOver, text);
+        }
+    }
+}
+
+fn take(
+    draft: &mut Draft,
+    scenario: &mut Scenario,
+    place: Place,
+    message: Message,
+) -> ControlFlow<()> {
+    match message {
+        Message::Input(input) => draft.take_input(place, input)?,
+        Message::Event(event) => draft.take_event(place, event)?,
+        Message::Truth(Truth::Pose { stamp_us, pose }) => {
+            draft.take_true_pose(place, stamp_us, pose)?;
+        }
+        Message::Truth(Truth::Scenario(chunk)) => scenario.extend(place, &chunk),
+        Message::Truth(Truth::Seed(seed)) => {
+            let kept = *draft.truth().seed.get_or_insert(seed);
+            if kept != seed {
+                draft.refuse(place, Reason::Repeated, "a second seed");
+            }
+        }
+    }
+    ControlFlow::Continue(())
+}
+
+impl Scenario {
+    fn extend(&mut self, place: Place, chunk: &[u8]) {
+        self.begins.get_or_insert(place);
+        self.is_too_long |= self.bytes.len() + chunk.len() > MOST_SCENARIO;
+        if !self.is_too_long {
+            self.bytes.extend_from_slice(chunk);
+        }
+    }
+
+    /// Hands the joined text over; half a scenario would be another one.
+    fn finish(self, draft: &mut Draft) {
+        let Some(place) = self.begins else {
+            return;
+        };
+        match String::from_utf8(self.bytes) {
+            Ok(text) if !self.is_too_long => draft.truth().scenario = Some(text),
+            Ok(_) => draft.refuse(place, Reason::BadScenario, "a scenario of more than 64 KiB"),
+            Err(error) => draft.refuse(place, Reason::BadScenario, error.utf8_error()),
+        }
+    }
+}

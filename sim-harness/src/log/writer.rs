@@ -1,0 +1,96 @@
+//! Writing a recording: the bytes of the link, frame by frame.
+
+use std::io::{Error, Write};
+
+use amiro_ipf::input::Input;
+use amiro_ipf::wire::{Encoder, Message, SCENARIO_CHUNK, Truth};
+
+/// Boot id of a recording host; a board draws its own.
+const HOST_BOOT_ID: u8 = 0xA5;
+
+/// Writes what a host tells a board, what a simulator knows and what a board answers.
+///
+/// Every frame ends with its zero byte, so that a recording that breaks off has lost
+/// its last frame at most. Writes go to `W` one frame at a time: give it a buffered
+/// writer. The file is `W`'s to finish; see [`finish`](Self::finish).
+#[derive(Debug)]
+pub struct RecordingWriter<W: Write> {
+    write: W,
+    encoder: Encoder,
+}
+
+impl<W: Write> RecordingWriter<W> {
+    /// Begins a recording, with the zero byte that tells its format.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn new(mut write: W) -> Result<Self, Error> {
+        write.write_all(&[0])?;
+        Ok(Self {
+            write,
+            encoder: Encoder::new(HOST_BOOT_ID),
+        })
+    }
+
+    /// Writes an input; the first should be the configuration.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_input(&mut self, input: &Input) -> Result<(), Error> {
+        self.write_message(&Message::Input(*input))
+    }
+
+    /// Writes a true pose, a seed or a piece of a scenario.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_truth(&mut self, truth: &Truth) -> Result<(), Error> {
+        self.write_message(&Message::Truth(truth.clone()))
+    }
+
+    /// Writes the text of a scenario, in as many pieces as it takes.
+    ///
+    /// Readers take at most 64 KiB.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_scenario(&mut self, text: &str) -> Result<(), Error> {
+        for chunk in text.as_bytes().chunks(SCENARIO_CHUNK) {
+            // A chunk is at most as long as its place: nothing is cut.
+            let chunk = chunk.iter().copied().collect();
+            self.write_truth(&Truth::Scenario(chunk))?;
+        }
+        Ok(())
+    }
+
+    /// Writes whole frames that a board answered, as they came.
+    ///
+    /// A last zero byte that is missing is added, so that the next frame is not lost
+    /// with this one.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_frames(&mut self, frames: &[u8]) -> Result<(), Error> {
+        self.write.write_all(frames)?;
+        match frames.last() {
+            None | Some(0) => Ok(()),
+            Some(_) => self.write.write_all(&[0]),
+        }
+    }
+
+    /// Flushes, and gives back what was written to.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn finish(mut self) -> Result<W, Error> {
+        self.write.flush()?;
+        Ok(self.write)
+    }
+
+    fn write_message(&mut self, message: &Message) -> Result<(), Error> {
+        match self.encoder.encode(message) {
+            [] => Err(Error::other("a message does not fit into a frame")),
+            frame => self.write.write_all(frame),
+        }
+    }
+}

@@ -1,0 +1,843 @@
+//! Recordings through the public door: whatever a file holds, the good rows are used.
+//!
+//! Names that begin with f80 to f86 are entries of the fault catalogue: log files.
+
+use std::fs;
+use std::io::{Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::filter::{ParticleSet, Profile};
+use amiro_ipf::geometry::{Point, Pose};
+use amiro_ipf::input::Input;
+use amiro_ipf::kinematics::WheelSpeeds;
+use amiro_ipf::node::Node;
+use amiro_ipf::sensor::Sample;
+use amiro_ipf::wire::{Encoder, FrameError, MAX_FRAME, Message, Truth};
+use proptest::prelude::*;
+use sim_harness::log::{
+    Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
+};
+
+const HEADER: &str = "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\t\
+                      X [ym]\tY [ym]\tTheta [yrad]\n";
+
+/// Row `index` of a straight drive: 8 mm a row, which are 100 ms.
+fn row(index: i64) -> String {
+    let x = 100_000 + 8_000 * index;
+    format!("0\t110\t108\t0\t0\t3\t{index}\t0\t{x}\t-1280\t6282240\n")
+}
+
+fn text_of(rows: i64) -> String {
+    HEADER.to_owned() + &(0..rows).map(row).collect::<String>()
+}
+
+/// A file in which `middle` stands between two good rows.
+fn between_good_rows(middle: &[u8]) -> Vec<u8> {
+    [
+        HEADER.as_bytes(),
+        row(0).as_bytes(),
+        middle,
+        row(1).as_bytes(),
+    ]
+    .concat()
+}
+
+/// Bytes, read as a recording.
+fn reading(bytes: impl AsRef<[u8]>) -> Result<Recording, LogError> {
+    read_from(bytes.as_ref())
+}
+
+/// That only line 3 is refused, for the given reason, and the rows around it are used.
+fn assert_third_line_is_refused(middle: &[u8], reason: Reason) -> String {
+    let shown = String::from_utf8_lossy(middle).into_owned();
+    let recording = reading(between_good_rows(middle)).unwrap();
+    assert_eq!(recording.inputs.len(), 4, "{shown:?}");
+    assert_eq!(recording.refusals.count(), 1, "{shown:?}");
+    let refusal = &recording.refusals.first()[0];
+    assert_eq!(
+        (refusal.place, refusal.reason),
+        (Place::Line(3), reason),
+        "{shown:?}"
+    );
+    refusal.to_string()
+}
+
+fn tick(stamp_us: u64) -> Input {
+    Input::Tick { stamp_us }
+}
+
+fn odometry(stamp_us: u64, x: f32) -> Input {
+    let pose = Pose::new(x, 0.0, 0.0);
+    Input::Odometry { stamp_us, pose }
+}
+
+fn proximity(stamp_us: u64) -> Input {
+    let mut samples = [Sample::Counts(-3); 8];
+    samples[1] = Sample::Saturated;
+    samples[2] = Sample::Missing;
+    Input::Proximity { stamp_us, samples }
+}
+
+fn stream_of(inputs: &[Input]) -> Vec<u8> {
+    let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+    for input in inputs {
+        writer.write_input(input).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+#[test]
+fn text_becomes_odometry_and_readings_with_one_stamp() {
+    let recording = reading(text_of(3)).unwrap();
+    assert_eq!(recording.format, Format::AmiroText);
+    assert_eq!((recording.config, recording.truth), (None, None));
+    assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+    let mut expected = Vec::new();
+    for (stamp_us, x) in [(0, 0.100), (100_000, 0.108), (200_000, 0.116)] {
+        let pose = Pose::new(x, -0.001_28, 6.282_24);
+        let counts = [0, 110, 108, 0, 0, 3, (stamp_us / 100_000) as i32, 0];
+        let samples = counts.map(Sample::Counts);
+        expected.push(Input::Odometry { stamp_us, pose });
+        expected.push(Input::Proximity { stamp_us, samples });
+    }
+    assert_eq!(recording.inputs, expected);
+    assert_eq!(recording.segments, 1);
+}
+
+#[test]
+fn rows_repeated_to_the_letter_are_used_once() {
+    let text = [HEADER, &row(0), &row(0), &row(0), &row(1), &row(0)].concat();
+    let recording = reading(text).unwrap();
+    assert_eq!(recording.inputs.len(), 6);
+    assert_eq!(
+        recording.refusals.to_string(),
+        "line 3: repeats line 2\nline 4: repeats line 2"
+    );
+}
+
+#[test]
+fn full_register_is_saturated() {
+    let text = HEADER.to_owned() + "65535\t65534\t0\t0\t0\t0\t0\t0\t0\t0\t0\n";
+    let recording = reading(text).unwrap();
+    let mut samples = [Sample::Counts(0); 8];
+    samples[..2].copy_from_slice(&[Sample::Saturated, Sample::Counts(65_534)]);
+    let stamp_us = 0;
+    assert_eq!(recording.inputs[1], Input::Proximity { stamp_us, samples });
+}
+
+#[test]
+fn stream_is_read_as_it_was_written() {
+    let config = Config {
+        seed: 7,
+        ..Config::amiro(Profile::Plus)
+    };
+    let speeds = WheelSpeeds {
+        left_m_per_s: 0.08,
+        right_m_per_s: -0.01,
+    };
+    let mut inputs = vec![
+        odometry(10, -0.5),
+        proximity(12),
+        Input::Wheels {
+            stamp_us: 14,
+            speeds,
+        },
+        tick(u64::MAX / 2),
+    ];
+    inputs.extend((0..300).map(|late| tick(u64::MAX - 300 + late)));
+    let poses: Vec<(u64, Pose)> = (0..40)
+        .map(|i| (i, Pose::new(i as f32, -1.0, 3.0)))
+        .collect();
+    let scenario = "# Grüße\nseed = 7\n".repeat(40);
+    let mut answers = Vec::new();
+    let mut board = Encoder::new(0x11);
+    let events = [3, 9].map(|input| Event::Answer {
+        input,
+        refused: None,
+    });
+    for event in &events {
+        answers.extend_from_slice(board.encode(&Message::Event(event.clone())));
+    }
+
+    let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+    writer.write_truth(&Truth::Seed(7)).unwrap();
+    writer.write_scenario(&scenario).unwrap();
+    writer.write_input(&Input::Hello).unwrap();
+    writer.write_input(&Input::Configure(config)).unwrap();
+    for (index, input) in inputs.iter().enumerate() {
+        writer.write_input(input).unwrap();
+        if let Some((stamp_us, pose)) = poses.get(index).copied() {
+            writer.write_truth(&Truth::Pose { stamp_us, pose }).unwrap();
+        }
+        if index == 20 {
+            // A board's last byte that went missing costs nothing.
+            writer.write_frames(&answers[..answers.len() - 1]).unwrap();
+        }
+    }
+    let recording = reading(writer.finish().unwrap()).unwrap();
+
+    assert_eq!(recording.format, Format::Stream);
+    assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+    assert_eq!(recording.config, Some(config));
+    assert_eq!(recording.inputs, inputs);
+    assert_eq!(recording.events, events);
+    let truth = recording.truth.unwrap();
+    assert_eq!(truth.seed, Some(7));
+    assert_eq!(truth.scenario, Some(scenario));
+    assert_eq!(truth.poses, poses);
+    assert_eq!(recording.segments, 3);
+}
+
+#[test]
+fn golden_recording_has_the_bytes_of_the_link() {
+    let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+    writer.write_input(&tick(5)).unwrap();
+    let bytes = writer.finish().unwrap();
+    // Zero; COBS of boot id A5, number 0000, Input (0), Tick (5), stamp (5), CRC-32.
+    assert_eq!(bytes[..9], [0, 2, 0xA5, 1, 1, 7, 5, 5, bytes[8]]);
+    assert_eq!(bytes.len(), 13);
+    assert_eq!(bytes[12], 0);
+}
+
+#[test]
+fn stream_without_its_first_zero_byte_is_still_a_stream() {
+    let bytes = stream_of(&[tick(1), tick(2)]);
+    let recording = reading(&bytes[4..]).unwrap();
+    assert_eq!(recording.format, Format::Stream);
+    assert_eq!(recording.inputs, [tick(2)]);
+    let refusal = &recording.refusals.first()[0];
+    assert_eq!(refusal.place, Place::Byte(0));
+    assert!(matches!(refusal.reason, Reason::Broken(_)), "{refusal}");
+}
+
+#[test]
+fn broken_frame_costs_itself_and_shows_as_a_loss() {
+    let mut bytes = stream_of(&[tick(1), tick(2), tick(3)]);
+    let frame = (bytes.len() - 1) / 3;
+    bytes[1 + frame + 6] ^= 0x40;
+    let recording = reading(&bytes).unwrap();
+    assert_eq!(recording.inputs, [tick(1), tick(3)]);
+    assert_eq!(
+        recording.refusals.to_string(),
+        "byte 13: checksum does not match\nbyte 25: 1 frames lost"
+    );
+    let long = [stream_of(&[tick(1)]), vec![7; MAX_FRAME], vec![0]].concat();
+    let recording = reading(long).unwrap();
+    let too_long = Reason::Broken(FrameError::TooLong);
+    assert_eq!(recording.refusals.count_of(too_long), 1);
+}
+
+#[test]
+fn losses_are_counted_for_each_sender_apart() {
+    let mut host = Encoder::new(0xA5);
+    let mut board = Encoder::new(0x42);
+    let mut bytes = vec![0];
+    for index in 0..20_u16 {
+        let input = Message::Input(tick(u64::from(index)));
+        let answer = Message::Event(Event::Answer {
+            input: index,
+            refused: None,
+        });
+        let (input, answer) = (host.encode(&input), board.encode(&answer));
+        if index != 4 {
+            bytes.extend_from_slice(input);
+        }
+        if !(8..11).contains(&index) {
+            bytes.extend_from_slice(answer);
+        }
+    }
+    let recording = reading(&bytes).unwrap();
+    assert_eq!((recording.inputs.len(), recording.events.len()), (19, 17));
+    let lost: Vec<&str> = recording
+        .refusals
+        .first()
+        .iter()
+        .map(|r| r.text.as_str())
+        .collect();
+    assert_eq!(lost, ["1 frames lost", "3 frames lost"]);
+}
+
+#[test]
+fn second_configuration_ends_what_is_used() {
+    let config = Input::Configure(Config::default());
+    let bytes = stream_of(&[config, tick(1), tick(2), config, tick(3)]);
+    let recording = reading(bytes).unwrap();
+    assert_eq!(recording.inputs, [tick(1), tick(2)]);
+    assert_eq!(recording.refusals.count_of(Reason::SecondRun), 1);
+    assert_eq!(recording.refusals.count(), 1);
+}
+
+#[test]
+fn illegal_configuration_and_numbers_are_refused_by_name() {
+    let config = Config {
+        particles_per_sensor: 0,
+        ..Config::default()
+    };
+    let nan = Input::Odometry {
+        stamp_us: 1,
+        pose: Pose {
+            position: Point::new(f32::NAN, 0.0),
+            ..Pose::default()
+        },
+    };
+    let speeds = WheelSpeeds {
+        left_m_per_s: f32::INFINITY,
+        right_m_per_s: 0.0,
+    };
+    let wheels = Input::Wheels {
+        stamp_us: 1,
+        speeds,
+    };
+    let recording = reading(stream_of(&[Input::Configure(config), nan, wheels, tick(1)])).unwrap();
+    assert_eq!(recording.config, None);
+    assert_eq!(recording.inputs, [tick(1)]);
+    assert_eq!(recording.refusals.count_of(Reason::NotFinite), 2);
+    let first = recording.refusals.first()[0].to_string();
+    assert!(first.contains("particles_per_sensor"), "{first}");
+}
+
+#[test]
+fn scenario_beyond_its_cap_is_refused_and_the_rest_is_used() {
+    for (text, reason) in [
+        ("x".repeat(64 * 1024), None),
+        ("x".repeat(64 * 1024 + 1), Some(Reason::BadScenario)),
+    ] {
+        let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+        writer.write_scenario(&text).unwrap();
+        writer.write_input(&tick(1)).unwrap();
+        let recording = reading(writer.finish().unwrap()).unwrap();
+        assert_eq!(recording.inputs, [tick(1)]);
+        assert_eq!(recording.refusals.first().first().map(|r| r.reason), reason);
+        let scenario = recording.truth.and_then(|truth| truth.scenario);
+        assert_eq!(scenario.is_some(), reason.is_none());
+    }
+}
+
+#[test]
+fn node_takes_every_input_of_a_text_drive() {
+    let recording = reading(text_of(40)).unwrap();
+    let mut particles = ParticleSet::<800>::new();
+    let mut node = Node::new(&mut particles);
+    let config = Config {
+        particles_per_sensor: 100,
+        ..Config::default()
+    };
+    let mut steps = 0;
+    let mut count = |event: &Event| steps += u32::from(matches!(event, Event::StepDone(_)));
+    node.handle(&Input::Configure(config), &mut count).unwrap();
+    for input in &recording.inputs {
+        node.handle(input, &mut count).unwrap();
+    }
+    // 39 x 8 mm and the step at the start; which side of 310 mm rounding puts the
+    // last one on does not matter.
+    assert!((31..=32).contains(&steps), "{steps}");
+}
+
+#[test]
+fn f80_text_cut_at_any_byte_gives_the_rows_before_the_cut() {
+    let text = text_of(50);
+    assert!(text.len() > 2048, "{}", text.len());
+    let whole = reading(&text).unwrap();
+    for cut in 0..=text.len() {
+        let rows = text[..cut].matches('\n').count().saturating_sub(1);
+        match reading(&text[..cut]) {
+            Ok(recording) => {
+                assert_eq!(recording.inputs, whole.inputs[..2 * rows], "cut at {cut}");
+                let is_clean = text[..cut].ends_with('\n');
+                let refused = u64::from(!is_clean);
+                assert_eq!(recording.refusals.count(), refused, "cut at {cut}");
+                if let [refusal] = recording.refusals.first() {
+                    let line = rows as u64 + 2;
+                    assert_eq!(refusal.place, Place::Line(line), "cut at {cut}");
+                }
+            }
+            Err(error) => assert_eq!(rows, 0, "cut at {cut}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn f80_stream_cut_at_any_byte_gives_the_frames_before_the_cut() {
+    let mut inputs = vec![Input::Configure(Config::default())];
+    for i in 0..12 {
+        inputs.extend([odometry(i * 1000, i as f32), proximity(i * 1000)]);
+    }
+    let bytes = stream_of(&inputs);
+    for cut in 0..=bytes.len() {
+        // A frame that lacks nothing but its zero byte is whole: the checksum says so.
+        let is_whole = bytes.get(cut).is_none_or(|next| *next == 0);
+        let ends = bytes[..cut].iter().filter(|byte| **byte == 0).count();
+        let frames =
+            (ends + usize::from(is_whole && bytes[..cut].last() != Some(&0))).saturating_sub(1);
+        match reading(&bytes[..cut]) {
+            Ok(recording) => {
+                assert_eq!(recording.inputs, inputs[1..frames], "cut at {cut}");
+                let is_clean = is_whole || bytes[..cut].ends_with(&[0]);
+                assert_eq!(recording.refusals.is_empty(), is_clean, "cut at {cut}");
+            }
+            Err(error) => assert!(frames <= 1, "cut at {cut}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn f81_fields_that_are_no_integers_cost_their_row() {
+    for bad in [
+        "NaN",
+        "nan",
+        "inf",
+        "-inf",
+        "1e308",
+        "-0",
+        "",
+        " ",
+        "0x1F",
+        "1,5",
+        "1.5",
+        "1 5",
+        "+1",
+        "007",
+        "--1",
+        "1e3",
+        "\u{0663}",
+        "PRV 0",
+        "\u{1b}[2J",
+    ] {
+        for column in [0, 7, 8, 10] {
+            let mut fields: Vec<&str> =
+                vec!["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"];
+            fields[column] = bad;
+            let line = fields.join("\t") + "\t\n";
+            let shown = assert_third_line_is_refused(line.as_bytes(), Reason::NotAnInteger);
+            assert!(!shown.chars().any(char::is_control), "{shown:?}");
+        }
+    }
+}
+
+#[test]
+fn f81_numbers_beyond_their_range_cost_their_row() {
+    for (column, bad) in [
+        (0, "-1"),
+        (3, "65536"),
+        (8, "500000001"),
+        (9, "-500000001"),
+        (9, "99999999999999999999999999"),
+        (10, "7000001"),
+        (10, "-7000001"),
+    ] {
+        let mut fields = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"];
+        fields[column] = bad;
+        let line = fields.join("\t") + "\n";
+        let shown = assert_third_line_is_refused(line.as_bytes(), Reason::OutOfRange);
+        assert!(shown.contains(bad), "{shown}");
+    }
+    let edge = "0\t65535\t0\t0\t0\t0\t0\t0\t500000000\t-500000000\t-7000000\n";
+    let recording = reading(between_good_rows(edge.as_bytes())).unwrap();
+    assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+}
+
+#[test]
+fn f81_rows_of_other_lengths_are_refused() {
+    for (line, found) in [
+        ("1\n", "1 of 11 fields"),
+        ("1\t2\t3\t4\t5\t6\t7\t8\t9\t10\n", "10 of 11 fields"),
+        ("1\t2\t3\t4\t5\t6\t7\t8\t9\t10\t11\t12\n", "12 of 11 fields"),
+        ("1,2,3,4,5,6,7,8,9,10,11\n", "1 of 11 fields"),
+    ] {
+        let shown = assert_third_line_is_refused(line.as_bytes(), Reason::FieldCount);
+        assert_eq!(shown, format!("line 3: {found}"));
+    }
+}
+
+#[test]
+fn f81_first_five_are_shown_and_the_rest_is_summed() {
+    let text = text_of(1) + &"x\n".repeat(7) + "\n\n" + &row(1);
+    let recording = reading(text).unwrap();
+    let shown = recording.refusals.to_string();
+    let lines: Vec<&str> = shown.lines().collect();
+    assert_eq!(lines.len(), 6, "{shown}");
+    assert_eq!(lines[0], "line 3: 1 of 11 fields");
+    assert_eq!(lines[5], "and 4 more (field count x 2, empty line x 2)");
+}
+
+#[test]
+fn f82_missing_header_is_refused_with_a_guess_of_the_units() {
+    for (pose, unit) in [
+        ("3010304\t-1287680\t282624", "micrometres"),
+        ("3010\t-1287\t16", "millimetres"),
+        ("3.010304\t-1.28768\t0.2826", "metres"),
+    ] {
+        let text = format!("1\t2\t3\t4\t5\t6\t7\t8\t{pose}\n");
+        let error = reading(text).unwrap_err();
+        assert!(
+            matches!(error.problem(), Problem::NoHeader { .. }),
+            "{error}"
+        );
+        let shown = error.to_string();
+        assert!(shown.contains(&format!("look like {unit};")), "{shown}");
+        assert!(
+            shown.contains("line 1") && shown.contains("expected the header PRV 0"),
+            "{shown}"
+        );
+    }
+    let error = reading("stamp,x,y\n1,2,3\n\x1b[2J").unwrap_err();
+    assert!(error.to_string().contains("'stamp,x,y'"), "{error}");
+}
+
+#[test]
+fn f82_header_with_other_units_is_refused_by_what_it_names() {
+    for (from, to) in [
+        ("X [ym]", "X [m]"),
+        ("Y [ym]", "Y [mm]"),
+        ("Theta [yrad]", "Theta [deg]"),
+        ("Theta [yrad]", "Theta"),
+        ("X [ym]", "X [um"),
+    ] {
+        let error = reading(text_of(3).replace(from, to)).unwrap_err();
+        assert!(
+            matches!(error.problem(), Problem::OtherUnits { .. }),
+            "{error}"
+        );
+        assert!(error.to_string().contains(to), "{error}");
+    }
+}
+
+#[test]
+fn f83_stamps_that_go_backward_are_dropped_within_their_kind() {
+    let inputs = [
+        odometry(1_000, 0.0),
+        proximity(2_000),
+        // Behind the readings, not behind the odometry: kept.
+        odometry(1_500, 0.1),
+        odometry(1_400, 0.2),
+        // The same time, another place: kept.
+        odometry(1_500, 0.3),
+        proximity(1_999),
+    ];
+    let recording = reading(stream_of(&inputs)).unwrap();
+    assert_eq!(
+        recording.inputs,
+        [inputs[0], inputs[1], inputs[2], inputs[4]]
+    );
+    assert_eq!(recording.refusals.count_of(Reason::Backward), 2);
+    let first = &recording.refusals.first()[0];
+    assert!(
+        first.text.contains("1400 us lies before 1500 us"),
+        "{first}"
+    );
+}
+
+#[test]
+fn f83_duplicates_keep_the_first() {
+    let inputs = [
+        odometry(1, 0.0),
+        odometry(1, 0.0),
+        proximity(1),
+        proximity(1),
+        tick(1),
+        tick(1),
+    ];
+    let recording = reading(stream_of(&inputs)).unwrap();
+    assert_eq!(recording.inputs, [inputs[0], inputs[2], inputs[4]]);
+    assert_eq!(recording.refusals.count_of(Reason::Repeated), 3);
+
+    // The same frame twice is no loss of 65535 frames.
+    let bytes = stream_of(&[tick(1)]);
+    let recording = reading([&bytes[..], &bytes[1..]].concat()).unwrap();
+    assert_eq!(recording.inputs, [tick(1)]);
+    assert_eq!(recording.refusals.count_of(Reason::Repeated), 1);
+    assert_eq!(recording.refusals.count(), 1);
+}
+
+#[test]
+fn f83_gaps_begin_a_segment_and_cost_nothing() {
+    for (stamps, segments) in [
+        (&[0, 1_000_000][..], 1),
+        (&[0, 1_000_001], 2),
+        (&[0, 5, 9_000_000, 9_000_001, u64::MAX], 3),
+    ] {
+        let inputs: Vec<Input> = stamps.iter().map(|stamp_us| tick(*stamp_us)).collect();
+        let recording = reading(stream_of(&inputs)).unwrap();
+        assert_eq!(recording.inputs, inputs);
+        assert_eq!(recording.segments, segments, "{stamps:?}");
+        assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+    }
+}
+
+#[test]
+fn f85_line_of_eight_mebibytes_is_skipped_to_its_end() {
+    let line = std::io::repeat(b'7').take(8 << 20);
+    let end = "\n".to_owned() + &row(1);
+    let source = Cursor::new(text_of(1)).chain(line).chain(Cursor::new(end));
+    let recording = read_from(source).unwrap();
+    assert_eq!(recording.inputs.len(), 4);
+    assert_eq!(
+        recording.refusals.to_string(),
+        "line 3: longer than 64 KiB: skipped to its end"
+    );
+}
+
+#[test]
+fn f85_source_without_shape_is_given_up_after_a_mebibyte() {
+    for byte in [b'7', b'\n', 0, 0xFF] {
+        for first in [0, b'x', 0xFF] {
+            let endless = Cursor::new([first]).chain(std::io::repeat(byte));
+            let error = read_from(endless).unwrap_err();
+            assert!(
+                matches!(
+                    error.problem(),
+                    Problem::Shapeless | Problem::NoHeader { .. }
+                ),
+                "{first} {byte}: {error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn f85_zero_bytes_and_broken_utf8_cost_their_line() {
+    let good = row(9);
+    let with = |place: usize, byte: u8| {
+        let mut line = good.clone().into_bytes();
+        line[place] = byte;
+        line
+    };
+    assert_third_line_is_refused(&with(0, 0), Reason::ZeroByte);
+    assert_third_line_is_refused(&with(20, 0), Reason::ZeroByte);
+    let shown = assert_third_line_is_refused(&with(3, 0xFF), Reason::NotUtf8);
+    assert!(shown.contains("index 3"), "{shown}");
+    assert_third_line_is_refused(&with(3, 0xC3), Reason::NotUtf8);
+}
+
+#[test]
+fn f85_byte_order_mark_and_carriage_returns_change_nothing() {
+    let plain = reading(text_of(5)).unwrap();
+    for text in [
+        "\u{feff}".to_owned() + &text_of(5),
+        text_of(5).replace('\n', "\r\n"),
+        text_of(5).replace('\n', "\t\n"),
+        text_of(5).replace('\n', "\t\r\n"),
+    ] {
+        let recording = reading(&text).unwrap();
+        assert_eq!(recording, plain, "{text:?}");
+    }
+}
+
+#[test]
+fn f85_utf16_is_refused_with_its_name() {
+    let text = text_of(2);
+    let little = || text.encode_utf16().flat_map(u16::to_le_bytes);
+    let big = || text.encode_utf16().flat_map(u16::to_be_bytes);
+    let mark = |mark: [u8; 2], text: Vec<u8>| [&mark[..], &text].concat();
+    for bytes in [
+        little().collect(),
+        big().collect(),
+        mark([0xFF, 0xFE], little().collect()),
+        mark([0xFE, 0xFF], big().collect()),
+    ] {
+        let error = reading(bytes).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "recording: is UTF-16 text; expected UTF-8"
+        );
+    }
+}
+
+#[test]
+fn f85_sources_without_a_usable_row_are_no_recordings() {
+    let error = reading(b"").unwrap_err();
+    assert!(matches!(error.problem(), Problem::Empty), "{error}");
+    for bytes in [
+        HEADER.as_bytes().to_vec(),
+        [HEADER.as_bytes(), b"x\n"].concat(),
+        b"\n\n\n".to_vec(),
+        vec![0],
+        vec![0; 1000],
+        stream_of(&[]),
+        stream_of(&[Input::Configure(Config::default())]),
+        b"\0garbage\0".to_vec(),
+    ] {
+        let error = reading(&bytes).unwrap_err();
+        assert!(
+            matches!(error.problem(), Problem::NothingUsable(_)),
+            "{error}"
+        );
+    }
+}
+
+/// A directory of a test's own, gone when the test is.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path =
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Litter in the target directory hurts nobody.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn f86_missing_files_and_directories_are_named() {
+    let scratch = Scratch::new("unreadable");
+    for name in ["missing", "miss\u{1b}[2Jing\n"] {
+        let error = read(&scratch.0.join(name)).unwrap_err();
+        assert!(matches!(error.problem(), Problem::Unreadable(_)), "{error}");
+        let shown = error.to_string();
+        assert!(
+            shown.contains("miss") && shown.contains("cannot be read: "),
+            "{shown}"
+        );
+        assert!(!shown.chars().any(char::is_control), "{shown:?}");
+    }
+    let error = read(&scratch.0).unwrap_err();
+    assert!(matches!(error.problem(), Problem::Unreadable(_)), "{error}");
+    assert!(error.to_string().contains("unreadable-"), "{error}");
+}
+
+#[test]
+fn f86_error_in_the_middle_names_its_byte() {
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+            Err(std::io::Error::other("the disk is gone"))
+        }
+    }
+    let text = text_of(200);
+    let error = read_from(Cursor::new(&text).chain(Failing)).unwrap_err();
+    let expected = format!(
+        "recording, byte {}: cannot be read: the disk is gone",
+        text.len()
+    );
+    assert_eq!(error.to_string(), expected);
+}
+
+#[cfg(unix)]
+#[test]
+fn f86_file_without_permission_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let scratch = Scratch::new("forbidden");
+    let path = scratch.0.join("drive.txt");
+    fs::write(&path, text_of(3)).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap();
+    if fs::File::open(&path).is_ok() {
+        println!("skipped: this user may read everything");
+        return;
+    }
+    let error = read(&path).unwrap_err();
+    assert!(matches!(error.problem(), Problem::Unreadable(_)), "{error}");
+    assert!(error.to_string().contains("drive.txt"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn f86_endless_device_ends_with_a_message() {
+    let error = read(Path::new("/dev/zero")).unwrap_err();
+    assert!(matches!(error.problem(), Problem::Shapeless), "{error}");
+    assert!(error.to_string().starts_with("/dev/zero: "), "{error}");
+    let error = read(Path::new("/dev/null")).unwrap_err();
+    assert!(matches!(error.problem(), Problem::Empty), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn f86_named_pipe_is_read_to_its_end() {
+    let scratch = Scratch::new("pipe");
+    let path = scratch.0.join("pipe");
+    let made = std::process::Command::new("mkfifo")
+        .arg(&path)
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let text = text_of(3000);
+    let whole = reading(&text).unwrap();
+    // More than a pipe holds, so that the writer waits for the reader.
+    assert!(text.len() > 1 << 16);
+    let writer = std::thread::spawn({
+        let path = path.clone();
+        move || fs::write(path, text).unwrap()
+    });
+    let recording = read(&path).unwrap();
+    writer.join().unwrap();
+    assert_eq!(recording, whole);
+}
+
+#[test]
+fn real_drives_are_read_and_their_cut_last_lines_refused() {
+    let data = std::env::var("IPF_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
+    let data = Path::new(&data).join("amiro");
+    // Rows without the cut last line, and how many of them repeat the row before.
+    let drives = [("Left", 126, 0), ("Gang", 141, 3), ("Right_Right", 150, 3)];
+    let path = |name: &str| data.join(format!("RingProximityAndOdometry_{name}.txt"));
+    if !drives.iter().all(|(name, ..)| path(name).exists()) {
+        println!("skipped: no recordings");
+        return;
+    }
+    for (name, rows, repeated) in drives {
+        let recording = read(&path(name)).unwrap();
+        assert_eq!(recording.inputs.len(), 2 * (rows - repeated), "{name}");
+        let refusals = &recording.refusals;
+        assert_eq!(refusals.count(), repeated as u64 + 1, "{name}: {refusals}");
+        assert_eq!(
+            refusals.count_of(Reason::Repeated),
+            repeated as u64,
+            "{name}"
+        );
+        let cut = refusals.first().last().unwrap();
+        // The header is line 1.
+        assert_eq!(
+            cut.place,
+            Place::Line(rows as u64 + 2),
+            "{name}: {refusals}"
+        );
+        assert_eq!(cut.reason, Reason::FieldCount, "{name}: {refusals}");
+        assert_eq!(recording.segments, 1, "{name}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..4096)) {
+        let _ = reading(&bytes);
+        let _ = reading([HEADER.as_bytes(), &bytes].concat());
+        let _ = reading([&stream_of(&[tick(1)])[..], &bytes].concat());
+    }
+
+    #[test]
+    fn arbitrary_rows_are_used_or_refused_and_nothing_else(
+        lines in proptest::collection::vec("[-0-9xe.\t\r ]{0,40}", 0..40),
+    ) {
+        let text = text_of(1) + &lines.join("\n") + "\n";
+        let recording = reading(text).unwrap();
+        let used = recording.inputs.len() as u64 / 2 - 1;
+        prop_assert_eq!(used + recording.refusals.count(), lines.len().max(1) as u64);
+    }
+
+    #[test]
+    fn damaged_stream_keeps_its_order_and_its_other_frames(
+        damage in proptest::collection::vec((any::<usize>(), any::<u8>()), 1..8),
+    ) {
+        let inputs: Vec<Input> = (0..40).map(tick).collect();
+        let mut bytes = stream_of(&inputs);
+        for (place, byte) in &damage {
+            let place = place % bytes.len();
+            bytes[place] = *byte;
+        }
+        let recording = reading(&bytes).unwrap();
+        // A damaged byte hits one frame; a damaged zero byte two.
+        prop_assert!(recording.inputs.len() + 2 * damage.len() >= inputs.len());
+        let mut rest = inputs.iter();
+        prop_assert!(recording.inputs.iter().all(|kept| rest.any(|input| input == kept)));
+    }
+}
