@@ -3,6 +3,8 @@
 //! Everything here lives on a host and reads decoded events of the core's own types;
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 
+pub mod figures;
 pub mod link;
 pub mod log;
 pub mod mapping;
+pub mod output;

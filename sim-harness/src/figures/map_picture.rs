@@ -1,0 +1,462 @@
+//! A map as a picture for people: cells, the robot's way, the truth, a scale.
+
+use amiro_ipf::geometry::{Point, Rotation};
+
+use crate::mapping::Map;
+
+use super::lettering::{INK, Lettering};
+use super::picture::{Colour, PAPER, Picture};
+use super::raster::{OCCUPIED, Raster, UNKNOWN};
+use super::scale_bar::draw_scale_bar;
+use super::stroke::Stroke;
+use super::window::Window;
+
+/// The robot and its path.
+pub const PATH: Colour = [20, 110, 245];
+/// Outlines of what is truly there.
+pub const OUTLINE: Colour = [225, 30, 30];
+
+/// No picture of a map is wider or higher than this, pixels.
+pub const MAX_SIDE_PX: usize = 4096;
+
+/// Unknown cells around what is shown.
+const MARGIN_CELLS: i32 = 5;
+
+/// White border around everything, pixels.
+const BORDER: usize = 10;
+
+/// Narrowest room for title and scale bar, pixels.
+const NARROWEST: usize = 320;
+
+/// Lines a title may have.
+const TITLE_LINES: usize = 3;
+
+/// Radius of AMiRo's round body, metres.
+const ROBOT_RADIUS_M: f64 = 0.05;
+
+/// Width of path and outlines, pixels.
+const PEN_PX: f64 = 2.0;
+
+/// Diameter of the dot where the path begins, pixels.
+const START_PX: f64 = 10.0;
+
+/// Corners of the polygon that is drawn as a circle: off by 1e-3 of its radius.
+const CIRCLE_CORNERS: u16 = 72;
+
+/// What is drawn besides the cells; the default is nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MapPicture<'a> {
+    /// A line of text above the map; broken into at most three when the map is narrow.
+    pub title: Option<&'a str>,
+    /// The robot's centre from start to end in the world, metres; may be empty.
+    ///
+    /// The picture is made large enough to hold it and the robot at its end; points that
+    /// are no numbers are left out.
+    pub path: &'a [(f64, f64)],
+    /// Where the robot looks at the end of its path; without it, a circle has no arrow.
+    pub final_heading_rad: Option<f64>,
+    /// Closed polygons of what is truly there, metres; cut where the picture ends.
+    pub outlines: &'a [Vec<(f64, f64)>],
+    /// The cells to show instead of the known ones, so that two maps can be compared.
+    ///
+    /// For two maps with cells of one size: [`Window::known`] of both, joined.
+    pub window: Option<Window>,
+}
+
+impl MapPicture<'_> {
+    /// Draws a map: white free, black occupied, grey unknown; x to the right, y upward.
+    ///
+    /// Shows the known cells, or the asked window, and the path with five cells around.
+    /// A cell is a square of 3 to 24 pixels, such that a side has about 900; of maps
+    /// that would exceed [`MAX_SIDE_PX`] a cell has fewer, then a pixel stands for a
+    /// square of cells, in which occupied wins over free and free over unknown. A map
+    /// without a known cell gives a small picture that says so.
+    ///
+    /// Costs two passes over the map's store and one over the picture.
+    #[must_use]
+    pub fn render(&self, map: &Map) -> Picture {
+        let Some(known) = Window::known(map) else {
+            return self.framed(&unknown(), None);
+        };
+        let window = self
+            .path
+            .iter()
+            .copied()
+            .chain(self.robot_corners())
+            .filter_map(|(x, y)| map.cell_at(x, y))
+            .fold(self.window.unwrap_or(known), Window::with)
+            .widened(MARGIN_CELLS);
+        let raster = Raster::new(&window, map.cell_m());
+        let mut drawing = raster.cells(map, &window);
+        self.draw_lines(&mut drawing, &raster);
+        self.framed(&drawing, Some(raster.pixel_m()))
+    }
+
+    /// The last point of the path that is one.
+    fn end(&self) -> Option<(f64, f64)> {
+        let end = self
+            .path
+            .iter()
+            .rfind(|(x, y)| x.is_finite() && y.is_finite());
+        end.copied()
+    }
+
+    /// Two corners of the square around the robot at its path's end.
+    fn robot_corners(&self) -> impl Iterator<Item = (f64, f64)> {
+        let end = self.end();
+        [-ROBOT_RADIUS_M, ROBOT_RADIUS_M]
+            .into_iter()
+            .filter_map(move |radius| end.map(|(x, y)| (x + radius, y + radius)))
+    }
+
+    /// Outlines below, the path above them, the robot on top.
+    fn draw_lines(&self, drawing: &mut Picture, raster: &Raster) {
+        let (width, height) = (drawing.width(), drawing.height());
+        let mut red = Stroke::new(width, height);
+        for polygon in self.outlines {
+            let closed = polygon.iter().chain(polygon.first());
+            red.line(closed.map(|point| raster.place(*point)), PEN_PX);
+        }
+        red.blend(drawing, 0, 0, OUTLINE);
+
+        let mut blue = Stroke::new(width, height);
+        let path = || self.path.iter().map(|point| raster.place(*point));
+        blue.line(path(), PEN_PX);
+        blue.line(
+            path().find(|place| place.0.is_finite() && place.1.is_finite()),
+            START_PX,
+        );
+        if let Some(end) = self.end() {
+            self.draw_robot(&mut blue, raster, end);
+        }
+        blue.blend(drawing, 0, 0, PATH);
+    }
+
+    /// The body's circle, and an arrow from its centre to its front.
+    fn draw_robot(&self, stroke: &mut Stroke, raster: &Raster, centre: (f64, f64)) {
+        let around = |radians: f32, radius_m: f64| {
+            // The core's sine, which is the same on every machine.
+            let direction = Point::new(1.0, 0.0).rotated(Rotation::by(radians));
+            raster.place((
+                centre.0 + radius_m * f64::from(direction.x),
+                centre.1 + radius_m * f64::from(direction.y),
+            ))
+        };
+        let corner = core::f32::consts::TAU / f32::from(CIRCLE_CORNERS);
+        let circle = (0..=CIRCLE_CORNERS).map(|index| f32::from(index) * corner);
+        stroke.line(
+            circle.map(|radians| around(radians, ROBOT_RADIUS_M)),
+            PEN_PX,
+        );
+        let Some(heading) = self.final_heading_rad.filter(|heading| heading.is_finite()) else {
+            return;
+        };
+        // Within a turn first: a float of a large angle has lost its direction.
+        let heading = (heading % core::f64::consts::TAU) as f32;
+        let tip = around(heading, 0.9 * ROBOT_RADIUS_M);
+        let barb = |side: f32| around(heading + side, 0.6 * ROBOT_RADIUS_M);
+        stroke.line([around(heading, 0.0), tip], PEN_PX);
+        stroke.line([barb(0.5), tip, barb(-0.5)], PEN_PX);
+    }
+
+    /// The drawing on paper: title above, below it a scale bar for pixels of that size.
+    fn framed(&self, drawing: &Picture, pixel_m: Option<f64>) -> Picture {
+        let letters = Lettering::LARGE;
+        let room = drawing.width().max(NARROWEST);
+        let title = self
+            .title
+            .map(|title| letters.wrapped(title, room, TITLE_LINES))
+            .unwrap_or_default();
+        let head = title.len() * letters.height() + if title.is_empty() { 0 } else { 6 };
+        let foot_y = BORDER + head + drawing.height();
+        let foot = pixel_m.map_or(0, |_| BORDER + Lettering::SMALL.height());
+        let height = foot_y + foot + BORDER;
+        let mut picture = Picture::new(room + 2 * BORDER, height, PAPER);
+        for (index, line) in title.iter().enumerate() {
+            let y = BORDER + index * letters.height();
+            letters.draw(&mut picture, BORDER, y, line, INK);
+        }
+        picture.paste(BORDER, BORDER + head, drawing);
+        if let Some(pixel_m) = pixel_m {
+            draw_scale_bar(&mut picture, (BORDER, foot_y + BORDER), pixel_m);
+        }
+        picture
+    }
+}
+
+/// What is drawn for a map without a known cell.
+fn unknown() -> Picture {
+    let (text, letters) = ("no cell is known", Lettering::SMALL);
+    let (width, height) = (NARROWEST, 3 * letters.height());
+    let mut drawing = Picture::new(width, height, UNKNOWN);
+    let (x, y) = ((width - letters.width(text)) / 2, letters.height());
+    letters.draw(&mut drawing, x, y, text, OCCUPIED);
+    drawing
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::raster::{FREE, LARGEST_CELL_PX};
+    use crate::mapping::{Cell, Grid};
+    use core::f64::consts::FRAC_PI_2;
+
+    /// A map from rows of text, the first row at the top: `#` occupied, `.` free.
+    fn map(cell_m: f64, rows: &[&str]) -> Map {
+        let mut map = Grid::new(cell_m, 0.5);
+        for (row, line) in (0..).zip(rows.iter().rev()) {
+            for (column, letter) in (0..).zip(line.chars()) {
+                *map.reach(Cell { row, column }).unwrap() = match letter {
+                    '#' => 0.9,
+                    '.' => 0.2,
+                    _ => 0.5,
+                };
+            }
+        }
+        map
+    }
+
+    /// Pixels of a square of cells: 3 known and 5 of margin at each side.
+    const SIDE: usize = 13;
+
+    /// The middle of a cell of a 3 x 3 map, counted from the upper left one.
+    fn cell(picture: &Picture, column: usize, row: usize) -> Option<Colour> {
+        let middle = |index: usize| BORDER + (5 + index) * LARGEST_CELL_PX + 12;
+        picture.pixel(middle(column), middle(row))
+    }
+
+    fn count(picture: &Picture, colour: Colour) -> usize {
+        (0..picture.height())
+            .flat_map(|y| (0..picture.width()).map(move |x| (x, y)))
+            .filter(|(x, y)| picture.pixel(*x, *y) == Some(colour))
+            .count()
+    }
+
+    #[test]
+    fn three_by_three_cells_have_their_colours_and_y_goes_up() {
+        let picture = MapPicture::default().render(&map(0.01, &["#. ", ".# ", " .#"]));
+        let expected = [
+            [OCCUPIED, FREE, UNKNOWN],
+            [FREE, OCCUPIED, UNKNOWN],
+            [UNKNOWN, FREE, OCCUPIED],
+        ];
+        for (row, colours) in expected.iter().enumerate() {
+            for (column, colour) in colours.iter().enumerate() {
+                let drawn = cell(&picture, column, row);
+                assert_eq!(drawn, Some(*colour), "column {column}, row {row}");
+            }
+        }
+        let map_px = SIDE * LARGEST_CELL_PX;
+        let area = LARGEST_CELL_PX * LARGEST_CELL_PX;
+        let unknown = count(&picture, UNKNOWN);
+        assert_eq!(unknown, map_px * map_px - 6 * area);
+        assert_eq!(picture.pixel(BORDER - 1, BORDER), Some(PAPER));
+        assert_eq!(picture.pixel(BORDER, BORDER), Some(UNKNOWN));
+        let last = BORDER + map_px - 1;
+        assert_eq!(picture.pixel(last, last), Some(UNKNOWN));
+        assert_eq!(picture.pixel(last, last + 1), Some(PAPER));
+    }
+
+    #[test]
+    fn a_metre_of_cells_is_about_900_pixels_wide() {
+        for (cell_m, cells, cell_px) in [(0.01, 90, 9), (0.005, 190, 4), (0.002, 490, 3)] {
+            let row = ".".repeat(cells);
+            let rows = vec![row.as_str(); cells];
+            let picture = MapPicture::default().render(&map(cell_m, &rows));
+            assert_eq!(picture.width(), (cells + 10) * cell_px + 2 * BORDER);
+            assert_eq!(
+                count(&picture, UNKNOWN),
+                20 * (cells + 5) * cell_px * cell_px
+            );
+        }
+    }
+
+    #[test]
+    fn path_pixels_lie_where_the_robot_was() {
+        let grid = map(0.01, &[".........."; 10]);
+        let picture = MapPicture {
+            path: &[(0.005, 0.015), (0.005, 0.095)],
+            ..MapPicture::default()
+        }
+        .render(&grid);
+        // The robot's circle takes the picture to column -5 and row 14.
+        let at = |x: f64, y: f64| {
+            let px = |metres: f64| (metres * 100.0 * LARGEST_CELL_PX as f64).round() as usize;
+            picture.pixel(BORDER + px(x + 0.1), BORDER + px(0.2 - y))
+        };
+        assert_eq!(at(0.005, 0.05), Some(PATH));
+        assert_eq!(at(0.005, 0.095), Some(PATH));
+        assert_eq!(at(0.006_2, 0.015), Some(PATH), "the start's dot");
+        assert_eq!(at(0.006_2, 0.03), Some(FREE));
+        // The polygon's edge lies a hair inside the circle: almost the full colour.
+        let circle = at(0.055, 0.095).unwrap_or(FREE);
+        assert!(circle[0] < PATH[0] + 20, "the robot's circle: {circle:?}");
+        assert_eq!(at(0.045, 0.095), Some(FREE));
+        assert_eq!(at(0.025, 0.095), Some(FREE), "no arrow without a heading");
+    }
+
+    #[test]
+    fn the_arrow_points_where_the_robot_looks() {
+        let grid = map(0.01, &["..........."; 11]);
+        let centre = (0.055, 0.055);
+        for (heading, ahead) in [(0.0, (0.08, 0.055)), (FRAC_PI_2, (0.055, 0.08))] {
+            let picture = MapPicture {
+                path: &[centre],
+                final_heading_rad: Some(heading),
+                ..MapPicture::default()
+            }
+            .render(&grid);
+            let px = |metres: f64| (metres * 2400.0).round() as usize;
+            let at =
+                |(x, y): (f64, f64)| picture.pixel(BORDER + px(x + 0.05), BORDER + px(0.16 - y));
+            assert_eq!(at(ahead), Some(PATH), "heading {heading}");
+            let behind = (2.0 * centre.0 - ahead.0, 2.0 * centre.1 - ahead.1);
+            assert_eq!(at(behind), Some(FREE), "heading {heading}");
+        }
+    }
+
+    #[test]
+    fn outlines_are_closed_and_cut_at_the_edge() {
+        let grid = map(0.01, &[".........."; 10]);
+        let outlines = [vec![(0.02, 0.02), (5.0, 0.02), (0.02, 5.0)]];
+        let picture = MapPicture {
+            outlines: &outlines,
+            ..MapPicture::default()
+        }
+        .render(&grid);
+        let px = |metres: f64| (metres * 2400.0).round() as usize;
+        let at = |x: f64, y: f64| picture.pixel(BORDER + px(x + 0.05), BORDER + px(0.15 - y));
+        assert_eq!(at(0.06, 0.02), Some(OUTLINE));
+        assert_eq!(
+            at(0.02, 0.06),
+            Some(OUTLINE),
+            "from the last corner to the first"
+        );
+        assert_eq!(picture.width(), 20 * LARGEST_CELL_PX + 2 * BORDER);
+    }
+
+    #[test]
+    fn the_same_map_gives_the_same_bytes_everywhere() {
+        let grid = map(0.01, &["####", "#..#", "# ..", "####"]);
+        let path: Vec<_> = (0..40)
+            .map(|step| {
+                (
+                    0.001 * f64::from(step),
+                    0.02 + 1e-5 * f64::from(step * step),
+                )
+            })
+            .collect();
+        let outlines = [vec![(0.01, 0.01), (0.03, 0.012), (0.02, 0.04)]];
+        let render = || {
+            let picture = MapPicture {
+                title: Some("twice"),
+                path: &path,
+                final_heading_rad: Some(0.4),
+                outlines: &outlines,
+                window: None,
+            };
+            picture.render(&grid)
+        };
+        let bytes = |picture: Picture| {
+            let mut bytes = Vec::new();
+            picture.write_png(&mut bytes).unwrap();
+            bytes
+        };
+        let first = bytes(render());
+        assert_eq!(first, bytes(render()));
+        // Pinned, so that another machine, compiler or font is noticed: look at the
+        // picture before changing the number.
+        assert_eq!(render().checksum(), 2_453_021_538);
+        let says = |chunk: &[u8]| first.windows(4).any(|window| window == chunk);
+        assert!(!says(b"tIME") && !says(b"tEXt"));
+    }
+
+    #[test]
+    fn a_map_without_a_known_cell_says_so() {
+        let mut grid = Grid::new(0.01, 0.5);
+        let picture = MapPicture::default().render(&grid);
+        assert!(picture.width() <= 400 && picture.height() <= 200);
+        let grey = 320 * 48;
+        assert!(
+            (grey / 2..grey - 300).contains(&count(&picture, UNKNOWN)),
+            "no letters"
+        );
+        *grid.reach(Cell { row: 3, column: 3 }).unwrap() = 0.5;
+        let titled = MapPicture {
+            title: Some("nothing"),
+            path: &[(0.0, 0.0), (1.0, 1.0)],
+            ..MapPicture::default()
+        };
+        assert!(titled.render(&grid).height() > picture.height());
+    }
+
+    #[test]
+    fn one_cell_is_a_map() {
+        let picture = MapPicture::default().render(&map(0.01, &["#"]));
+        let middle = BORDER + 5 * LARGEST_CELL_PX;
+        assert_eq!(picture.pixel(middle, middle), Some(OCCUPIED));
+        assert_eq!(picture.pixel(middle - 1, middle), Some(UNKNOWN));
+        let far = middle + LARGEST_CELL_PX - 1;
+        assert_eq!(picture.pixel(far, far), Some(OCCUPIED));
+        assert_eq!(picture.pixel(far + 1, far), Some(UNKNOWN));
+    }
+
+    #[test]
+    fn huge_maps_stay_below_the_cap_and_lose_no_wall() {
+        let mut grid = Grid::new(0.01, 0.5);
+        for (row, column, p_occ) in [
+            (0, 0, 0.9),
+            (0, 59_900, 0.9),
+            (3, 30_000, 0.9),
+            (4, 30_001, 0.1),
+        ] {
+            *grid.reach(Cell { row, column }).unwrap() = p_occ;
+        }
+        let title = "word ".repeat(2000);
+        let picture = MapPicture {
+            title: Some(&title),
+            ..MapPicture::default()
+        }
+        .render(&grid);
+        assert!(picture.width() <= MAX_SIDE_PX && picture.height() <= MAX_SIDE_PX);
+        assert!(picture.width() > MAX_SIDE_PX / 2);
+        assert_eq!(count(&picture, OCCUPIED), 3);
+
+        // A path to nowhere costs no more than a long one.
+        let lost = MapPicture {
+            path: &[(0.0, 0.0), (0.0, 9.9e6), (f64::NAN, 0.0), (-9.9e6, 1e300)],
+            ..MapPicture::default()
+        }
+        .render(&map(0.01, &["#"]));
+        assert!(lost.width() <= MAX_SIDE_PX && lost.height() <= MAX_SIDE_PX);
+    }
+
+    #[test]
+    fn maps_in_one_window_align() {
+        let (one, other) = (
+            map(0.01, &["#.", ".."]),
+            map(0.01, &["#...#", ".....", "....."]),
+        );
+        let window = Window::known(&one).zip(Window::known(&other));
+        let window = window.map(|(one, other)| one.joined(other));
+        let size = |map: &Map| {
+            let picture = MapPicture {
+                window,
+                ..MapPicture::default()
+            };
+            let picture = picture.render(map);
+            (picture.width(), picture.height())
+        };
+        assert_eq!(size(&one), size(&other));
+    }
+
+    #[test]
+    fn the_scale_bar_is_as_long_as_it_says() {
+        // 90 known cells of 10 mm and a margin: 9 pixels a cell, 100 mm are 90 pixels.
+        let row = ".".repeat(90);
+        let picture = MapPicture::default().render(&map(0.01, &[row.as_str(); 90]));
+        let middle = BORDER + 900 + BORDER + Lettering::SMALL.height() / 2;
+        let inked = (0..130).filter(|x| picture.pixel(*x, middle) == Some(INK));
+        assert_eq!(inked.take_while(|x| *x < BORDER + 95).count(), 90);
+    }
+}
