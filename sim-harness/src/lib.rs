@@ -4,3 +4,4 @@
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 
 pub mod mapping;
+pub mod world;
