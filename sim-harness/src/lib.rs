@@ -4,4 +4,7 @@
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 
 pub mod mapping;
+mod run;
 pub mod world;
+
+pub use run::{CAPACITY, RunError, RunOutcome, run};
