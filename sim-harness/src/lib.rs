@@ -3,6 +3,7 @@
 //! Everything here lives on a host and reads decoded events of the core's own types;
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 
+pub mod evaluation;
 pub mod mapping;
 mod run;
 pub mod world;
