@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::sensor::Lobe;
 
 use crate::mapping::{Cell, Grid};
 use crate::world::{Eye, Rectangle, Scenario, Shape, Vector, first_surface};
 
 /// Distance between places on outlines, metres.
 const OUTLINE_SPACING_M: f64 = 0.005;
-/// Share of x_max within which a place counts as seen.
+/// Share of the range limit within which a place counts as seen.
 const SEEN_SHARE: f64 = 0.9;
 /// Rounding that is forgiven in distances: block edges and cell centres lie on round
 /// millimetres, so that "within 5 mm" is met exactly or not at all.
@@ -20,8 +21,11 @@ const HIDDEN_M: f64 = 1e-6;
 
 /// The truth about a world, as far as it was visible from the places of the steps.
 ///
-/// Visible: some sensor in use had the place within 0.9 x_max, within theta_max of
-/// its axis and with nothing in between, at one step at least.
+/// Visible: at one step at least, some sensor in use had the place within theta_max
+/// of its axis, within 0.9 x_max S(theta) and with nothing in between. The lobe S
+/// belongs to the limit: at 60 degrees a sensor reaches half as far as on its axis.
+/// Without it, space counts as visible that no reading can speak of, and a map of the
+/// block in `msod.toml` by the profile `plus` covers 94 instead of 98 %.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     shapes: Vec<Shape>,
@@ -94,7 +98,7 @@ impl Truth {
         self.extent
     }
 
-    /// Places every 5 mm along the outlines that were visible.
+    /// Middles of the pieces of 5 mm, along all outlines, that were visible.
     #[must_use]
     pub fn surface(&self) -> &[Vector] {
         &self.surface
@@ -112,7 +116,7 @@ struct Witness<'s> {
     scenario: &'s Scenario,
     config: amiro_ipf::config::Config,
     seen_m: f64,
-    tangent_max: f64,
+    lobe: Lobe,
     /// The outline places of each shape that were not seen so far.
     hidden: Vec<Vec<Vector>>,
     centre: Vector,
@@ -124,12 +128,12 @@ impl<'s> Witness<'s> {
     fn of(scenario: &'s Scenario) -> Self {
         // The profile does not matter here: the sensors are the same.
         let config = scenario.config(Profile::Paper);
-        let lobe = amiro_ipf::sensor::Lobe::of(&config.photometry);
+        let lobe = Lobe::of(&config.photometry);
         let outline = |shape: &Shape| shape.outline(OUTLINE_SPACING_M);
         Self {
             scenario,
             seen_m: SEEN_SHARE * f64::from(config.photometry.x_max_m),
-            tangent_max: f64::from(lobe.tangent_max()),
+            lobe,
             hidden: scenario.shapes.iter().map(outline).collect(),
             config,
             centre: Vector::default(),
@@ -162,7 +166,11 @@ impl<'s> Witness<'s> {
                 return false;
             }
             let sensor = way.turned(eye.axis.inverse());
-            if sensor.y.abs() > self.tangent_max * sensor.x {
+            if sensor.y.abs() > f64::from(self.lobe.tangent_max()) * sensor.x {
+                return false;
+            }
+            let lobe = self.lobe.at((sensor.x / distance_m) as f32);
+            if distance_m > self.seen_m * f64::from(lobe) {
                 return false;
             }
             let direction = way.scaled(1.0 / distance_m);
@@ -224,8 +232,8 @@ mod tests {
     #[test]
     fn only_the_face_that_is_looked_at_is_visible() {
         let truth = Truth::of(&scenario(BLOCK), &[Pose::default()]);
-        // 50 mm of face hold 11 places, corners included; everything else is behind.
-        assert_eq!(truth.surface().len(), 11);
+        // 50 mm of face are 10 pieces; everything else is behind.
+        assert_eq!(truth.surface().len(), 10);
         assert!(truth.surface().iter().all(|place| place.x < 0.1501));
         // From 180 mm on a surface is out of sight.
         let far = Truth::of(&scenario(BLOCK), &[Pose::new(-0.081, 0.0, 0.0)]);
@@ -237,10 +245,10 @@ mod tests {
     #[test]
     fn free_cells_lie_in_view_and_not_in_the_shadow() {
         let truth = Truth::of(&scenario(BLOCK), &[Pose::default()]);
-        // The sector of 120 degrees and 180 mm has 339 cells of 10 mm; the block
-        // and its shadow take about a sixth.
+        // The lobe up to 60 degrees, 0.18^2 sin(xi 60 deg) / xi, has 252 cells of 10 mm;
+        // the block and its shadow behind 100 mm take 28 degrees of it, some 50.
         let count = truth.visible_free().len();
-        assert!((250..330).contains(&count), "{count}");
+        assert!((190..215).contains(&count), "{count}");
         for place in truth.visible_free() {
             assert!(place.x > 0.05, "behind the sensor: {place:?}");
             assert!(!truth.is_wall(*place, 0.0), "{place:?}");
@@ -248,7 +256,7 @@ mod tests {
             assert!(!shadow, "{place:?}");
         }
         let empty = Truth::of(&scenario(""), &[Pose::default(); 3]);
-        assert!((330..350).contains(&empty.visible_free().len()));
+        assert!((245..260).contains(&empty.visible_free().len()));
     }
 
     #[test]

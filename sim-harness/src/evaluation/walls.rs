@@ -22,8 +22,9 @@ const MAX_REFINEMENTS: usize = 50;
 const BIN_M: f64 = 0.010;
 /// Covered length from which a wall is claimed, metres.
 ///
-/// Three times what one lobe fakes: the arc of a small object stays within 20 mm of
-/// a line over some 50 mm.
+/// A choice, not a measurement: one and a half times the robot's diameter. The wide
+/// arc of a single reading near the range limit can cover as much, so a claim is read
+/// together with the share of cells on the line and their distances from it.
 pub const WALL_COVERED_M: f64 = 0.150;
 
 /// What a map claims to stand left and right of the driven path.

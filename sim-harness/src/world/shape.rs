@@ -98,7 +98,9 @@ impl Shape {
         }
     }
 
-    /// Places along the outline, at most `spacing_m` apart; corners are among them.
+    /// Middles of equal pieces of the outline, each at most `spacing_m` long.
+    ///
+    /// Middles, because a corner belongs to two faces, of which often one is hidden.
     #[must_use]
     pub fn outline(&self, spacing_m: f64) -> Vec<Vector> {
         let pieces = |length_m: f64| (length_m / spacing_m - 1e-9).ceil().max(1.0) as usize;
@@ -111,7 +113,7 @@ impl Shape {
                     .flat_map(|(from, to)| {
                         let count = pieces((to - from).norm());
                         (0..count).map(move |index| {
-                            from + (to - from).scaled(index as f64 / count as f64)
+                            from + (to - from).scaled((index as f64 + 0.5) / count as f64)
                         })
                     })
                     .map(|local| self.centre + local.turned(turn))
