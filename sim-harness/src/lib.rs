@@ -2,9 +2,19 @@
 //!
 //! Everything here lives on a host and reads decoded events of the core's own types;
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
+//!
+//! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
+//! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
+//! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
+//! and written ([`figures`], [`output`]). The `ipf` program's commands join these.
 
+pub mod evaluation;
 pub mod figures;
 pub mod link;
 pub mod log;
 pub mod mapping;
 pub mod output;
+mod run;
+pub mod world;
+
+pub use run::{CAPACITY, RunError, RunOutcome, run};

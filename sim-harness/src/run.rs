@@ -1,0 +1,133 @@
+//! Inputs through a node: what a board would do with a recording, on the host.
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::fault::Fault;
+use amiro_ipf::filter::{ParameterError, ParticleSet};
+use amiro_ipf::input::Input;
+use amiro_ipf::node::Node;
+
+/// Particles that fit: twice the paper's 1000 for each of eight sensors.
+pub const CAPACITY: usize = 16_000;
+
+/// What became of the inputs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RunOutcome {
+    /// Steps of the filter.
+    pub steps: u32,
+    /// How many inputs were refused, by fault in the order of [`Fault::ALL`].
+    pub refused: [u64; Fault::ALL.len()],
+}
+
+impl RunOutcome {
+    /// The faults that occurred, with how often.
+    pub fn faults(&self) -> impl Iterator<Item = (Fault, u64)> {
+        let counted = Fault::ALL.into_iter().zip(self.refused);
+        counted.filter(|(_, count)| *count > 0)
+    }
+
+    fn count(&mut self, fault: Fault) {
+        let counters = Fault::ALL.into_iter().zip(&mut self.refused);
+        for (_, counter) in counters.filter(|(word, _)| *word == fault) {
+            *counter += 1;
+        }
+    }
+}
+
+/// Why a run did not begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RunError {
+    /// A parameter is outside its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// The configuration wants more particles than fit.
+    #[error("{wanted} particles, at most {CAPACITY} fit")]
+    TooManyParticles {
+        /// How many it wants.
+        wanted: usize,
+    },
+    /// The node refused the configuration for another reason.
+    #[error("configuration refused: {0}")]
+    Refused(Fault),
+}
+
+/// Configures a node, hands it all inputs and hands on all events.
+///
+/// A refused input changes nothing but its counter; the run goes on.
+///
+/// # Errors
+/// The configuration is not legal or does not fit into [`CAPACITY`].
+pub fn run(
+    config: &Config,
+    inputs: &[Input],
+    mut on_event: impl FnMut(&Event),
+) -> Result<RunOutcome, RunError> {
+    config.validate()?;
+    let wanted = config.particles();
+    if wanted > CAPACITY {
+        return Err(RunError::TooManyParticles { wanted });
+    }
+    let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
+    let mut node = Node::new(&mut particles);
+    let mut outcome = RunOutcome::default();
+    let mut steps = 0;
+    let mut emit = |event: &Event| {
+        steps += u32::from(matches!(event, Event::StepDone(_)));
+        on_event(event);
+    };
+    node.handle(&Input::Configure(*config), &mut emit)
+        .map_err(RunError::Refused)?;
+    for input in inputs {
+        if let Err(fault) = node.handle(input, &mut emit) {
+            outcome.count(fault);
+        }
+    }
+    outcome.steps = steps;
+    Ok(outcome)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use amiro_ipf::filter::Profile;
+    use amiro_ipf::geometry::Pose;
+    use amiro_ipf::sensor::{SENSORS, Sample};
+
+    fn reading(stamp_us: u64) -> Input {
+        Input::Proximity {
+            stamp_us,
+            samples: [Sample::Counts(0); SENSORS],
+        }
+    }
+
+    #[test]
+    fn refused_inputs_are_counted_by_their_fault() {
+        let pose = Pose::default();
+        let inputs = [
+            reading(0),
+            Input::Odometry { stamp_us: 10, pose },
+            Input::Odometry { stamp_us: 5, pose },
+            Input::Odometry { stamp_us: 6, pose },
+            reading(10),
+        ];
+        let mut events = 0;
+        let config = Config::amiro(Profile::Paper);
+        let outcome = run(&config, &inputs, |_| events += 1).unwrap();
+        assert_eq!(outcome.steps, 1);
+        let faults: Vec<_> = outcome.faults().collect();
+        assert_eq!(faults, [(Fault::StampBackward, 2), (Fault::NoPose, 1)]);
+        // Configured, begun and done; an empty set has no outcomes in its first step.
+        assert_eq!(events, 3);
+    }
+
+    #[test]
+    fn illegal_configurations_are_refused_by_name() {
+        let mut config = Config::amiro(Profile::Paper);
+        config.particles_per_sensor = 2001;
+        let error = run(&config, &[], |_| {}).unwrap_err();
+        assert_eq!(error.to_string(), "16008 particles, at most 16000 fit");
+        config.particles_per_sensor = 0;
+        let error = run(&config, &[], |_| {}).unwrap_err();
+        assert!(error.to_string().starts_with("particles_per_sensor"));
+    }
+}

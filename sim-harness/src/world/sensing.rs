@@ -1,0 +1,285 @@
+//! The matched sensor: what a proximity sensor of the filter's own law reads in a world.
+//!
+//! The strongest return over 121 rays within 60 degrees of the axis, each with the
+//! first surface on it. Matched, because filter and world share equation 5: figures
+//! from it say how well the filter infers, not how well the law fits a real wall,
+//! which returns light from all over the lobe.
+
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::random::{Generator, standard_normal_pair};
+use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
+
+use super::Shape;
+use super::vector::{Turn, Vector};
+
+/// Rays a sensor: one a degree over +-60 degrees.
+const RAYS: u16 = 121;
+/// Surfaces beyond this range are not looked for, metres: they return a quarter of a
+/// count, a twentieth of the noise.
+const REACH_M: f64 = 2.0;
+/// The raw register's end.
+const FULL: f64 = 65_535.0;
+/// Raw counts that a sensor's stored offset takes off: the VCNL4020 shows 2000 to
+/// 3000 with nothing in range.
+const OFFSET: f64 = 2_516.0;
+
+/// One sensor's place and direction in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eye {
+    /// Index on the ring.
+    pub sensor: usize,
+    /// Where it is.
+    pub position: Vector,
+    /// Where its axis points.
+    pub axis: Turn,
+}
+
+impl Eye {
+    /// The sensors in use of a robot at the given pose.
+    pub fn of(ring: &Ring, used: SensorMask, pose: &Pose) -> impl Iterator<Item = Self> {
+        let (ring, body) = (*ring, Turn::by_radians(pose.heading.radians()));
+        let centre = Vector::from(pose.position);
+        used.iter().map(move |sensor| {
+            let mount = ring.mount(sensor);
+            let axis = Turn {
+                sine: f64::from(mount.direction.sine),
+                cosine: f64::from(mount.direction.cosine),
+            };
+            Self {
+                sensor,
+                position: centre + Vector::from(mount.position).turned(body),
+                axis: axis.after(body),
+            }
+        })
+    }
+}
+
+/// The first surface on a ray: its distance, and the shape it belongs to.
+#[must_use]
+pub fn first_surface<'s>(
+    shapes: impl IntoIterator<Item = &'s Shape>,
+    origin: Vector,
+    direction: Vector,
+) -> Option<(f64, &'s Shape)> {
+    let hits = shapes
+        .into_iter()
+        .filter_map(|shape| Some((shape.hit_m(origin, direction)?, shape)));
+    hits.min_by(|(a, _), (b, _)| a.total_cmp(b))
+}
+
+/// The sensors of one robot: their law, their rays, their noise.
+#[derive(Clone, Debug)]
+pub struct Sensing {
+    ring: Ring,
+    used: SensorMask,
+    photometry: Photometry,
+    /// Each ray's direction from the axis, and C(theta) there.
+    rays: Vec<(Turn, f64)>,
+    noise: Generator,
+}
+
+impl Sensing {
+    /// Sensors with the given law and a noise of their own.
+    #[must_use]
+    pub fn new(ring: Ring, used: SensorMask, photometry: Photometry, noise: Generator) -> Self {
+        let half_way = f32::from(RAYS / 2);
+        let rays = (0..RAYS)
+            .filter_map(|ray| {
+                let share = (f32::from(ray) - half_way) / half_way;
+                let bearing = share * photometry.theta_max_rad;
+                let directivity = photometry.directivity(bearing)?;
+                Some((Turn::by_radians(bearing), f64::from(directivity)))
+            })
+            .collect();
+        Self {
+            ring,
+            used,
+            photometry,
+            rays,
+            noise,
+        }
+    }
+
+    /// One sample of each sensor from the given pose; unused ones are missing.
+    ///
+    /// Every call draws the same number of random numbers, whatever is seen.
+    pub fn sample(&mut self, shapes: &[Shape], pose: &Pose) -> [Sample; SENSORS] {
+        let centre = Vector::from(pose.position);
+        let near = |shape: &&Shape| {
+            let from_robot = (shape.centre() - centre).norm();
+            from_robot < REACH_M + f64::from(self.ring.radius_m) + shape.reach_m()
+        };
+        let near: Vec<Shape> = shapes.iter().filter(near).copied().collect();
+        let noise = self.noise();
+        let mut samples = [Sample::Missing; SENSORS];
+        for eye in Eye::of(&self.ring, self.used, pose) {
+            let signal = self.signal(&near, &eye);
+            if let (Some(sample), Some(noise)) =
+                (samples.get_mut(eye.sensor), noise.get(eye.sensor))
+            {
+                *sample = self.digitised(signal + noise);
+            }
+        }
+        samples
+    }
+
+    /// Counts above beta that the strongest return gives; 0 for none.
+    fn signal(&self, shapes: &[Shape], eye: &Eye) -> f64 {
+        let alpha = f64::from(self.photometry.alpha_counts_m2);
+        let delta = f64::from(self.photometry.delta_m2);
+        let returns = self.rays.iter().filter_map(|(bearing, directivity)| {
+            let direction = bearing.after(eye.axis).direction();
+            let (distance, shape) = first_surface(shapes, eye.position, direction)?;
+            let denominator = distance * distance / directivity - delta;
+            // At contact the law ends and the register is full.
+            Some(if denominator > 0.0 {
+                alpha * shape.reflectivity() / denominator
+            } else {
+                FULL
+            })
+        });
+        returns.fold(0.0, f64::max)
+    }
+
+    fn noise(&mut self) -> [f64; SENSORS] {
+        let sigma = f64::from(self.photometry.sigma_counts);
+        let mut noise = [0.0; SENSORS];
+        for pair in noise.chunks_exact_mut(2) {
+            let (first, second) = standard_normal_pair(&mut self.noise);
+            for (value, normal) in pair.iter_mut().zip([first, second]) {
+                *value = sigma * f64::from(normal);
+            }
+        }
+        noise
+    }
+
+    /// The register's whole counts with the offset taken off again.
+    fn digitised(&self, above_beta: f64) -> Sample {
+        let raw = OFFSET + f64::from(self.photometry.beta_counts) + above_beta;
+        if raw.round() >= FULL {
+            return Sample::Saturated;
+        }
+        Sample::Counts((raw.round().max(0.0) - OFFSET) as i32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::Scenario;
+
+    /// One sensor straight ahead, 50 mm before the robot's centre at the origin.
+    fn sensing(sigma_counts: f32, seed: u64) -> Sensing {
+        let mut ring = Ring::AMIRO;
+        ring.axis_rad[0] = 0.0;
+        let photometry = Photometry {
+            sigma_counts,
+            ..Photometry::VCNL4020
+        };
+        let used = SensorMask::NONE.with(0);
+        Sensing::new(ring, used, photometry, Generator::seeded(seed))
+    }
+
+    fn shapes(tables: &str) -> Vec<Shape> {
+        let text = format!(
+            "name = \"d\"\ncell_m = 0.01\nextent_m = [-1, -1, 1, 1]\nspeed_m_per_s = 0.08\n\
+             start = [0, 0, 0]\n{tables}"
+        );
+        Scenario::parse(&text).unwrap().shapes
+    }
+
+    fn counts(tables: &str) -> Sample {
+        sensing(0.0, 1).sample(&shapes(tables), &Pose::default())[0]
+    }
+
+    fn number(sample: Sample) -> Option<i32> {
+        match sample {
+            Sample::Counts(counts) => Some(counts),
+            Sample::Saturated | Sample::Missing => None,
+        }
+    }
+
+    const WALL: &str = "[[box]]\nmin = [0.15, -0.2]\nmax = [0.2, 0.2]\n";
+
+    #[test]
+    fn a_wall_across_the_axis_gives_the_counts_of_the_law() {
+        // 0.942694 / 0.1^2 - 16.25 = 78.02.
+        assert_eq!(counts(WALL), Sample::Counts(78));
+        // A cylinder's nearest point is on the axis as well.
+        let cylinder = "[[cylinder]]\ncenter = [0.2, 0]\nradius_m = 0.05\n";
+        assert_eq!(counts(cylinder), Sample::Counts(78));
+        assert_eq!(counts(""), Sample::Counts(-16));
+    }
+
+    #[test]
+    fn signal_is_proportional_to_reflectivity() {
+        // 2 x 94.27 - 16.25 = 172.3, 0.5 x 94.27 - 16.25 = 30.9.
+        let with = |share| counts(&format!("{WALL}reflectivity = {share}\n"));
+        assert_eq!(with(2.0), Sample::Counts(172));
+        assert_eq!(with(0.5), Sample::Counts(31));
+    }
+
+    #[test]
+    fn what_stands_in_front_hides_what_is_behind() {
+        // A dark plate before a bright wall: 0.1 x 0.942694 / 0.05^2 - 16.25 = 21.5.
+        let plate = "[[box]]\nmin = [0.10, -0.2]\nmax = [0.11, 0.2]\nreflectivity = 0.1\n";
+        assert_eq!(counts(&format!("{WALL}{plate}")), Sample::Counts(21));
+        let beside = "[[box]]\nmin = [-0.2, -0.2]\nmax = [-0.1, 0.2]\n";
+        assert_eq!(counts(beside), Sample::Counts(-16), "behind the sensor");
+    }
+
+    #[test]
+    fn off_the_axis_the_lobe_weakens_the_return() {
+        // A small post at 45 degrees and 100 mm, surface at 99 mm:
+        // 0.942694 cos(1.2365 x 45 deg) / 0.099^2 - 16.25 = 38.1 counts.
+        let post = "[[cylinder]]\ncenter = [0.120711, 0.070711]\nradius_m = 0.001\n";
+        let read = number(counts(post)).unwrap();
+        assert!((read - 38).abs() <= 1, "{read}");
+    }
+
+    #[test]
+    fn contact_fills_the_register() {
+        // 3 mm: 104 744 counts.
+        let touching = "[[box]]\nmin = [0.053, -0.2]\nmax = [0.2, 0.2]\n";
+        assert_eq!(counts(touching), Sample::Saturated);
+        let inside = "[[box]]\nmin = [0.04, -0.2]\nmax = [0.2, 0.2]\n";
+        assert_eq!(counts(inside), Sample::Saturated);
+    }
+
+    #[test]
+    fn noise_has_the_moments_of_the_law() {
+        // 40 000 samples: 4 sigma / sqrt(n) of the mean is 0.091 counts, 4 sqrt(2/n) of
+        // the variance 2.8 %; rounding to whole counts adds a variance of 1/12.
+        let sigma = Photometry::VCNL4020.sigma_counts;
+        for seed in 1..=3 {
+            let mut sensing = sensing(sigma, seed);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..40_000 {
+                let sample = sensing.sample(&[], &Pose::default())[0];
+                let read = number(sample).unwrap();
+                sum += f64::from(read);
+                squares += f64::from(read) * f64::from(read);
+            }
+            let mean = sum / 40_000.0;
+            let variance = squares / 40_000.0 - mean * mean;
+            let expected = f64::from(sigma * sigma) + 1.0 / 12.0;
+            assert!((mean + 16.252).abs() < 0.091, "seed {seed}: mean {mean}");
+            assert!(
+                (variance / expected - 1.0).abs() < 0.028,
+                "seed {seed}: {variance}"
+            );
+        }
+    }
+
+    #[test]
+    fn eyes_turn_with_the_robot() {
+        let pose = Pose::new(1.0, 2.0, core::f32::consts::FRAC_PI_2);
+        let eyes: Vec<_> = Eye::of(&Ring::AMIRO, SensorMask::ALL, &pose).collect();
+        assert_eq!(eyes.len(), SENSORS);
+        // Sensor 3 looks 22.5 degrees left of forward: here 112.5 degrees.
+        let direction = Turn::by_degrees(112.5).direction();
+        assert!((eyes[3].axis.direction() - direction).norm() < 1e-6);
+        let place = Vector::new(1.0, 2.0) + direction.scaled(0.05);
+        assert!((eyes[3].position - place).norm() < 1e-6);
+    }
+}
