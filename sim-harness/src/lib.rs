@@ -15,6 +15,10 @@ pub mod log;
 pub mod mapping;
 pub mod output;
 mod run;
+mod survey;
+mod ticks;
 pub mod world;
 
 pub use run::{CAPACITY, RunError, RunOutcome, run};
+pub use survey::{Figures, Survey};
+pub use ticks::{TICK_PERIOD_US, with_ticks};

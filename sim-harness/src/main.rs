@@ -1,2 +1,9 @@
-//! x
-fn main() {}
+//! `ipf`: the laboratory's program, run as `cargo ipf <command>`.
+
+mod commands;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    commands::main()
+}

@@ -13,6 +13,16 @@ pub struct Line {
     pub direction: [f64; 2],
 }
 
+impl core::fmt::Display for Line {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let ([x, y], [along_x, along_y]) = (self.point_m, self.direction);
+        write!(
+            f,
+            "through ({x:.3}, {y:.3}) m along ({along_x:.3}, {along_y:.3})"
+        )
+    }
+}
+
 impl Line {
     /// The line through two places; `None` if they are the same.
     #[must_use]

@@ -1,5 +1,6 @@
 //! How good a map is: scores against a known world, and walls where the world is unknown.
 
+mod legs;
 mod line;
 mod scores;
 mod truth;

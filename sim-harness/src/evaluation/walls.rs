@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::Line;
+use super::legs::legs;
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -67,7 +68,24 @@ impl WallReport {
     /// report.
     #[must_use]
     pub fn of(map: &Map, path: &[(f64, f64)]) -> Self {
-        let path: Vec<_> = path.iter().map(|(x, y)| Vector::new(*x, *y)).collect();
+        Self::beside(map, &vectors(path), |_| true)
+    }
+
+    /// The same for each nearly straight leg of the path by itself, in order.
+    ///
+    /// A straight wall cannot follow a bend: a robot that goes round a box has one of
+    /// its faces beside each leg. A cell belongs to the leg of its nearest segment. A
+    /// leg ends where the path would stray more than 50 mm from a straight line.
+    #[must_use]
+    pub fn by_leg(map: &Map, path: &[(f64, f64)]) -> Vec<Self> {
+        let path = vectors(path);
+        legs(&path)
+            .into_iter()
+            .map(|leg| Self::beside(map, &path, |segment| leg.contains(&segment)))
+            .collect()
+    }
+
+    fn beside(map: &Map, path: &[Vector], is_wanted: impl Fn(usize) -> bool) -> Self {
         let (mut left, mut right) = (Vec::new(), Vec::new());
         for (cell, p_occ) in map.iter() {
             if Occupancy::of(*p_occ) != Occupancy::Occupied {
@@ -75,10 +93,11 @@ impl WallReport {
             }
             let (x, y) = map.centre(cell);
             let centre = Vector::new(x, y);
-            match is_left(&path, centre) {
-                Some(true) => left.push(centre),
-                Some(false) => right.push(centre),
-                None => {}
+            match nearest_segment(path, centre) {
+                Some((segment, is_left)) if is_wanted(segment) => {
+                    if is_left { &mut left } else { &mut right }.push(centre);
+                }
+                _ => {}
             }
         }
         Self {
@@ -88,11 +107,15 @@ impl WallReport {
     }
 }
 
-/// Whether a place lies left of the nearest segment of a path.
-fn is_left(path: &[Vector], place: Vector) -> Option<bool> {
-    let segments = path.iter().zip(path.iter().skip(1));
+fn vectors(path: &[(f64, f64)]) -> Vec<Vector> {
+    path.iter().map(|(x, y)| Vector::new(*x, *y)).collect()
+}
+
+/// The segment of a path that is nearest to a place, and whether that lies left of it.
+fn nearest_segment(path: &[Vector], place: Vector) -> Option<(usize, bool)> {
+    let segments = path.iter().zip(path.iter().skip(1)).enumerate();
     let nearest = segments
-        .filter_map(|(from, to)| {
+        .filter_map(|(index, (from, to))| {
             let way = *to - *from;
             let squared = way.dot(way);
             if squared <= 0.0 {
@@ -101,10 +124,10 @@ fn is_left(path: &[Vector], place: Vector) -> Option<bool> {
             let from_start = place - *from;
             let share = (from_start.dot(way) / squared).clamp(0.0, 1.0);
             let distance = (from_start - way.scaled(share)).norm();
-            Some((distance, way.cross(from_start)))
+            Some((distance, (index, way.cross(from_start) > 0.0)))
         })
         .min_by(|(a, _), (b, _)| a.total_cmp(b));
-    nearest.map(|(_, side)| side > 0.0)
+    nearest.map(|(_, found)| found)
 }
 
 impl WallSide {
@@ -227,7 +250,11 @@ impl fmt::Display for WallSide {
             self.occupied,
             millimetres(self.rms_inliers_m),
             millimetres(self.rms_all_m),
-        )
+        )?;
+        match &self.line {
+            Some(line) => write!(f, "\n       line {line}"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -296,6 +323,25 @@ mod tests {
         let map = map([(0.2, 0.105), (0.395, 0.3), (0.605, 0.3), (0.605, -0.1)]);
         let report = WallReport::of(&map, &path);
         assert_eq!((report.left.occupied, report.right.occupied), (2, 2));
+    }
+
+    #[test]
+    fn a_box_that_is_driven_round_has_a_wall_for_each_leg() {
+        let path = [(0.0, 0.0), (0.5, 0.0), (0.5, -0.5)];
+        let along_x = (0..35).map(|index| (0.005 + 0.01 * f64::from(index), -0.105));
+        let along_y = (0..20).map(|index| (0.395, -0.155 - 0.01 * f64::from(index)));
+        let map = map(along_x.chain(along_y));
+        let whole = WallReport::of(&map, &path).right;
+        assert!(whole.share.unwrap() < 0.7, "{whole}");
+        let legs = WallReport::by_leg(&map, &path);
+        assert_eq!(legs.len(), 2);
+        for leg in legs {
+            assert!(
+                leg.right.claimed && leg.right.share.unwrap() > 0.99,
+                "{leg}"
+            );
+            assert_eq!(leg.left.occupied, 0, "{leg}");
+        }
     }
 
     #[test]

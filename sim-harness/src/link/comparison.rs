@@ -115,6 +115,26 @@ impl Comparison {
     /// The verdict, with what the link lost and who the board said it was.
     #[must_use]
     pub fn verdict(&self, boot: Option<&Boot>, lost_frames: u64) -> Verdict {
+        let mut verdict = self.verdict_of_recording();
+        let reasons = &mut verdict.reasons;
+        if lost_frames > 0 {
+            reasons.push(format!("{lost_frames} frames of the board were lost"));
+        }
+        match boot {
+            None => reasons.push("the board did not introduce itself".to_owned()),
+            Some(boot) if boot.build_id != BUILD_ID => reasons.push(format!(
+                "the board runs another build: {:016x}, the sources here are {BUILD_ID:016x}",
+                boot.build_id
+            )),
+            Some(_) => {}
+        }
+        verdict.equal = verdict.reasons.is_empty();
+        verdict
+    }
+
+    /// The verdict over recorded events: whoever made them, they must be met.
+    #[must_use]
+    pub fn verdict_of_recording(&self) -> Verdict {
         let expected_steps = self
             .expected
             .iter()
@@ -123,9 +143,6 @@ impl Comparison {
         let mut reasons = Vec::new();
         if let Some(difference) = &self.differs {
             reasons.push(difference.to_string());
-        }
-        if lost_frames > 0 {
-            reasons.push(format!("{lost_frames} frames of the board were lost"));
         }
         if self.board.dropped_frames > 0 {
             let dropped = self.board.dropped_frames;
@@ -143,14 +160,6 @@ impl Comparison {
         }
         if self.next == 0 {
             reasons.push("nothing was compared".to_owned());
-        }
-        match boot {
-            None => reasons.push("the board did not introduce itself".to_owned()),
-            Some(boot) if boot.build_id != BUILD_ID => reasons.push(format!(
-                "the board runs another build: {:016x}, the sources here are {BUILD_ID:016x}",
-                boot.build_id
-            )),
-            Some(_) => {}
         }
         Verdict {
             equal: reasons.is_empty(),

@@ -49,6 +49,15 @@ impl Layout {
     }
 }
 
+impl fmt::Display for Layout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bare => write!(f, "bare board, {:#010x}", self.start()),
+            Self::Amiro => write!(f, "AMiRo boot loader, {:#010x}", self.start()),
+        }
+    }
+}
+
 /// Why there is no image.
 #[derive(Debug)]
 pub enum ImageError {

@@ -1,0 +1,83 @@
+//! `cargo ipf demo`: the drive past a block, mapped by both profiles.
+
+use std::path::PathBuf;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
+use clap::Args;
+use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::figures::{Picture, Window, beside};
+use sim_harness::world::{Scenario, simulate};
+use sim_harness::{Survey, run};
+
+use super::report;
+use super::{Ending, Outcome};
+
+/// The drive-by, in the program itself: the demo needs no file.
+const MSOD: &str = include_str!("../../../scenarios/msod.toml");
+
+/// Arguments of `demo`.
+#[derive(Debug, Args)]
+pub(super) struct Demo {
+    /// Seed of the sensors' noise and of the filter.
+    #[arg(long, default_value_t = 100, value_name = "N")]
+    seed: u64,
+    /// Where the pictures go.
+    #[arg(long, default_value = "out/demo", value_name = "DIR")]
+    out: PathBuf,
+}
+
+impl Demo {
+    /// Runs the command.
+    pub(super) fn run(self) -> Outcome {
+        let scenario = Scenario::parse(MSOD)?;
+        println!("{}", scenario.about);
+        println!(
+            "Simulated, seed {}, 1000 particles for each of eight sensors.",
+            self.seed
+        );
+        println!();
+        let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
+        let mut surveys = Vec::new();
+        for (name, profile) in profiles {
+            let (survey, scores) = self.map(&scenario, profile)?;
+            println!("{name:>6}  {scores}");
+            surveys.push((name, survey));
+        }
+        // One window for both, so that the pictures lie side by side at one scale.
+        let window = surveys
+            .iter()
+            .filter_map(|(_, survey)| Window::known(&survey.map()))
+            .reduce(Window::joined);
+        let mut pictures: Vec<Picture> = Vec::new();
+        for (name, survey) in &surveys {
+            let picture = report::picture(survey, name, Some(&scenario), window);
+            let folder = self.out.join(name);
+            std::fs::create_dir_all(&folder)?;
+            report::save_map(survey, &picture, &folder)?;
+            pictures.push(picture);
+        }
+        let both = self.out.join("both.png");
+        beside(&pictures).save_png(&both)?;
+        println!();
+        println!("Truth in red, path in blue: {}", both.display());
+        Ok(Ending::Good)
+    }
+
+    fn map(
+        &self,
+        scenario: &Scenario,
+        profile: Profile,
+    ) -> Result<(Survey, Scores), Box<dyn std::error::Error>> {
+        let config = Config {
+            seed: self.seed,
+            ..scenario.config(profile)
+        };
+        let mut survey = Survey::new(scenario.cell_m);
+        run(&config, &simulate(scenario, self.seed).inputs, |event| {
+            survey.take(event)
+        })?;
+        let scores = Scores::of(&survey.map(), &Truth::of(scenario, survey.poses()));
+        Ok((survey, scores))
+    }
+}

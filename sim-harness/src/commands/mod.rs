@@ -1,0 +1,65 @@
+//! The commands of the program, one a file.
+
+mod demo;
+mod image;
+mod replay;
+mod report;
+mod settings;
+mod simulate;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// The laboratory of the inverse particle filter.
+#[derive(Debug, Parser)]
+#[command(name = "ipf", bin_name = "cargo ipf", version, about)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulate the drive past a block, map it with both profiles, print the scores.
+    Demo(demo::Demo),
+    /// Run a recorded drive through the filter, on this host or on a board, and map it.
+    Replay(replay::Replay),
+    /// Drive a simulated robot through a scenario and write the recording.
+    Simulate(simulate::Simulate),
+    /// Build the flash image, check it and print its sizes.
+    Image(image::Image),
+}
+
+/// How a command ended.
+enum Ending {
+    /// As asked.
+    Good,
+    /// What was to be shown does not hold: exit 1.
+    Failed,
+    /// Input was refused that should not have been: exit 2.
+    Refused,
+}
+
+/// What a command gives back; an error is printed, exit 2.
+type Outcome = Result<Ending, Box<dyn Error>>;
+
+/// Runs the command line.
+pub(crate) fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Demo(demo) => demo.run(),
+        Command::Replay(replay) => replay.run(),
+        Command::Simulate(simulate) => simulate.run(),
+        Command::Image(image) => image.run(),
+    };
+    match outcome {
+        Ok(Ending::Good) => ExitCode::SUCCESS,
+        Ok(Ending::Failed) => ExitCode::from(1),
+        Ok(Ending::Refused) => ExitCode::from(2),
+        Err(error) => {
+            eprintln!("ipf: {error}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,320 @@
+//! `cargo ipf replay`: a recorded drive, filtered and mapped.
+
+use std::error::Error;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::input::Input;
+use amiro_ipf::wire::{Encoder, Outgoing, Truth as TruthMessage};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::link::{
+    Board, Comparison, Image, Layout, QemuOptions, Verdict, build_image, drive,
+};
+use sim_harness::log::{self, Recording, RecordingWriter};
+use sim_harness::output;
+use sim_harness::world::Scenario;
+use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
+
+use super::report::{self, Summary, Walls};
+use super::settings::Settings;
+use super::{Ending, Outcome};
+
+/// Map cells of a drive without a scenario, metres.
+const CELL_M: f64 = 0.010;
+
+/// Boot id of the frames that stand for a host's own node.
+const HOST_NODE_BOOT_ID: u8 = 0;
+
+/// Cycles of a core that an emulator lets run at one instruction a nanosecond.
+const NANOSECONDS_PER_CYCLE: f64 = 1e9 / 168e6;
+
+/// Arguments of `replay`.
+#[derive(Debug, Args)]
+pub(super) struct Replay {
+    /// The recording: AMiRo text or frames of the link; `-` for standard input.
+    file: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    /// Where the filter runs: `host`, `qemu`, or the name of a serial port.
+    #[arg(long, default_value = "host", value_name = "host|qemu|PORT")]
+    on: String,
+    /// Speed of the serial port, bits a second.
+    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
+    baud: u32,
+    /// Where map, summary and event stream go.
+    #[arg(long, default_value = "out/replay", value_name = "DIR")]
+    out: PathBuf,
+    /// End with exit code 2 if a line or frame of the recording was refused.
+    #[arg(long)]
+    strict: bool,
+    /// With `--on qemu`: this ELF file instead of one that is built now.
+    #[arg(long, value_name = "FILE")]
+    image: Option<PathBuf>,
+    /// With `--on qemu`: count instructions, one a nanosecond.
+    #[arg(long)]
+    count_instructions: bool,
+    /// With `--on qemu`: fill the RAM with this byte before the start.
+    #[arg(long, value_name = "BYTE")]
+    ram_fill: Option<u8>,
+}
+
+/// Where the filter ran, and what came of it.
+struct Run {
+    ran_on: &'static str,
+    survey: Survey,
+    stream: Vec<u8>,
+    comparison: Option<Verdict>,
+}
+
+impl Replay {
+    /// Runs the command.
+    pub(super) fn run(self) -> Outcome {
+        let recording = log::read(&self.file)?;
+        if !recording.refusals.is_empty() {
+            eprintln!("{}", recording.refusals);
+        }
+        let config = self.settings.apply(recording.config)?;
+        let scenario = scenario_of(&recording)?;
+        let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
+        let inputs = if self.settings.fixed() {
+            with_ticks(&recording.inputs, TICK_PERIOD_US)
+        } else {
+            recording.inputs.clone()
+        };
+        let run = match self.on.as_str() {
+            "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
+            _ => self.on_board(&config, &inputs, cell_m)?,
+        };
+        self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
+        let differs = run.comparison.is_some_and(|verdict| !verdict.equal);
+        Ok(if differs {
+            Ending::Failed
+        } else if self.strict && !recording.refusals.is_empty() {
+            Ending::Refused
+        } else {
+            Ending::Good
+        })
+    }
+
+    /// On the host's node; recorded events of the same configuration must be met.
+    fn on_host(
+        &self,
+        config: &Config,
+        inputs: &[Input],
+        recording: &Recording,
+        cell_m: f64,
+    ) -> Result<Run, Box<dyn Error>> {
+        let mut survey = Survey::new(cell_m);
+        let mut encoder = Encoder::new(HOST_NODE_BOOT_ID);
+        let mut stream = Vec::new();
+        let mut comparison = Comparison::default();
+        let bar = progress("steps", None);
+        let outcome = run(config, inputs, |event| {
+            survey.take(event);
+            comparison.expect(event);
+            stream.extend_from_slice(encoder.encode(Outgoing::Event(event)));
+            bar.inc(u64::from(matches!(event, Event::StepDone(_))));
+        })?;
+        bar.finish_and_clear();
+        warn_of_refused_inputs(&outcome);
+        let is_recorded = recording.config.is_some()
+            && self.settings.are_default()
+            && recording
+                .events
+                .iter()
+                .any(|event| matches!(event, Event::StepDone(_)));
+        recording
+            .events
+            .iter()
+            .for_each(|event| comparison.meet(event));
+        Ok(Run {
+            ran_on: "host",
+            survey,
+            stream,
+            comparison: is_recorded.then(|| comparison.verdict_of_recording()),
+        })
+    }
+
+    /// On a board or in QEMU, held against the host's own run.
+    fn on_board(
+        &self,
+        config: &Config,
+        inputs: &[Input],
+        cell_m: f64,
+    ) -> Result<Run, Box<dyn Error>> {
+        let mut comparison = Comparison::default();
+        let outcome = run(config, inputs, |event| comparison.expect(event))?;
+        if outcome.faults().next().is_some() {
+            warn_of_refused_inputs(&outcome);
+        }
+        let (ran_on, mut board) = if self.on == "qemu" {
+            ("QEMU (emulated)", self.qemu()?)
+        } else {
+            ("board", Board::on_port(&self.on, self.baud)?)
+        };
+        let boot = board.greet()?;
+        println!(
+            "board up: build {:016x}, capacity {}, clock {:?}, {} baud",
+            boot.build_id, boot.capacity, boot.clock, boot.baud
+        );
+        let mut survey = Survey::new(cell_m);
+        let mut slowest_step = 0;
+        let mut all = vec![Input::Configure(*config)];
+        all.extend_from_slice(inputs);
+        let bar = progress("inputs", Some(all.len() as u64));
+        let driven = drive(
+            &mut board,
+            &all,
+            |event| {
+                survey.take(event);
+                comparison.meet(event);
+                if let Event::Status(status) = event {
+                    slowest_step = slowest_step.max(status.board.step_cycles_max);
+                }
+            },
+            || bar.inc(1),
+        );
+        bar.finish_and_clear();
+        driven?;
+        if self.count_instructions {
+            let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
+            println!("longest step: {instructions:.2} million instructions (emulated)");
+        }
+        let verdict = comparison.verdict(board.boot(), board.lost_frames());
+        Ok(Run {
+            ran_on,
+            survey,
+            stream: board.take_raw(),
+            comparison: Some(verdict),
+        })
+    }
+
+    fn qemu(&self) -> Result<Board, Box<dyn Error>> {
+        let image = match &self.image {
+            Some(path) => path.clone(),
+            None => build_image(Layout::Bare)?,
+        };
+        let options = QemuOptions {
+            count_instructions: self.count_instructions,
+            ram_fill: self.ram_fill,
+        };
+        Ok(Board::in_qemu(&Image::read(&image)?, &options)?)
+    }
+
+    /// Prints what was found and writes the files.
+    fn report(
+        &self,
+        config: &Config,
+        inputs: &[Input],
+        recording: &Recording,
+        scenario: Option<&Scenario>,
+        run: &Run,
+    ) -> Result<(), Box<dyn Error>> {
+        let survey = &run.survey;
+        let figures = survey.figures();
+        println!(
+            "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
+            figures.steps,
+            figures.path_m,
+            figures
+                .mean_step_m
+                .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
+            figures.cells_occupied,
+            figures.cells_free
+        );
+        let scores = scenario
+            .map(|scenario| Scores::of(&survey.map(), &Truth::of(scenario, survey.poses())));
+        let walls = scenario.is_none().then(|| Walls::of(survey));
+        if let Some(scores) = &scores {
+            println!("{scores}");
+        }
+        if let Some(walls) = &walls {
+            println!("{walls}");
+        }
+        if let Some(comparison) = &run.comparison {
+            println!("{comparison}");
+        }
+        std::fs::create_dir_all(&self.out)?;
+        let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
+        let picture = report::picture(survey, &name, scenario, None);
+        report::save_map(survey, &picture, &self.out)?;
+        self.save_stream(config, inputs, recording, &run.stream)?;
+        Summary {
+            format: recording.format.to_string(),
+            refused: recording.refusals.count(),
+            ran_on: run.ran_on,
+            config: *config,
+            figures,
+            scores,
+            walls,
+            comparison: run.comparison.clone(),
+        }
+        .save(&self.out)
+    }
+
+    /// The bytes of the link: a recording that replays itself.
+    fn save_stream(
+        &self,
+        config: &Config,
+        inputs: &[Input],
+        recording: &Recording,
+        answered: &[u8],
+    ) -> Result<(), Box<dyn Error>> {
+        output::write_with(&self.out.join("stream.ipf"), |file| {
+            let mut writer = RecordingWriter::new(file)?;
+            if let Some(truth) = &recording.truth {
+                if let Some(seed) = truth.seed {
+                    writer.write_truth(&TruthMessage::Seed(seed))?;
+                }
+                if let Some(text) = &truth.scenario {
+                    writer.write_scenario(text)?;
+                }
+                for &(stamp_us, pose) in &truth.poses {
+                    writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
+                }
+            }
+            writer.write_input(&Input::Configure(*config))?;
+            for input in inputs {
+                writer.write_input(input)?;
+            }
+            writer.write_frames(answered)?;
+            writer.finish()?;
+            Ok(())
+        })?;
+        Ok(())
+    }
+}
+
+/// The world that a simulated recording carries.
+fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, Box<dyn Error>> {
+    let text = recording
+        .truth
+        .as_ref()
+        .and_then(|truth| truth.scenario.as_ref());
+    Ok(text.map(|text| Scenario::parse(text)).transpose()?)
+}
+
+fn warn_of_refused_inputs(outcome: &RunOutcome) {
+    for (fault, count) in outcome.faults() {
+        eprintln!("{count} inputs refused: {fault}");
+    }
+}
+
+/// A bar on a terminal, nothing in a pipe.
+fn progress(unit: &'static str, length: Option<u64>) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let (bar, template) = match length {
+        Some(length) => (ProgressBar::new(length), "{bar:40} {pos}/{len} "),
+        None => (ProgressBar::new_spinner(), "{spinner} {pos} "),
+    };
+    match ProgressStyle::with_template(&format!("{template}{unit}")) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

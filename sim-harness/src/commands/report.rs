@@ -1,0 +1,118 @@
+//! The files that a mapped run leaves behind.
+
+use std::fmt;
+use std::path::Path;
+
+use amiro_ipf::config::Config;
+use serde::Serialize;
+use sim_harness::evaluation::{Scores, WallReport};
+use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
+use sim_harness::link::Verdict;
+use sim_harness::output::{self, WriteError};
+use sim_harness::world::Scenario;
+use sim_harness::{Figures, Survey};
+
+/// `summary.json`: nothing in it depends on when or where it was made.
+#[derive(Debug, Serialize)]
+pub(super) struct Summary {
+    /// How the recording was written.
+    pub(super) format: String,
+    /// Lines or frames that were refused.
+    pub(super) refused: u64,
+    /// Where the filter ran.
+    pub(super) ran_on: &'static str,
+    /// The configuration in force.
+    pub(super) config: Config,
+    /// The run in figures.
+    pub(super) figures: Figures,
+    /// The map against the truth, where the recording carries one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scores: Option<Scores>,
+    /// Walls beside the path, where there is no truth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) walls: Option<Walls>,
+    /// The board's run, or the recorded one, against this host's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) comparison: Option<Verdict>,
+}
+
+/// Walls beside the whole path, and beside each of its legs if it bends.
+#[derive(Debug, Serialize)]
+pub(super) struct Walls {
+    whole: WallReport,
+    legs: Vec<WallReport>,
+}
+
+impl Walls {
+    /// Looks beside the path of a survey.
+    pub(super) fn of(survey: &Survey) -> Self {
+        let (map, path) = (survey.map(), survey.path());
+        let legs = WallReport::by_leg(&map, &path);
+        Self {
+            whole: WallReport::of(&map, &path),
+            legs: if legs.len() > 1 { legs } else { Vec::new() },
+        }
+    }
+}
+
+impl fmt::Display for Walls {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.whole)?;
+        for (number, leg) in (1..).zip(&self.legs) {
+            write!(f, "\nleg {number} of {} by itself\n{leg}", self.legs.len())?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    /// Writes the summary.
+    pub(super) fn save(&self, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let mut json = serde_json::to_string_pretty(self)?;
+        json.push('\n');
+        output::write(&folder.join("summary.json"), json.as_bytes())?;
+        Ok(())
+    }
+}
+
+/// The picture of a survey, with the outlines of a known world in red.
+pub(super) fn picture(
+    survey: &Survey,
+    title: &str,
+    scenario: Option<&Scenario>,
+    window: Option<Window>,
+) -> Picture {
+    let path = survey.path();
+    let outlines = scenario.map(outlines).unwrap_or_default();
+    let heading = survey.poses().last().map(|pose| pose.heading.radians());
+    MapPicture {
+        title: Some(title),
+        path: &path,
+        final_heading_rad: heading.map(f64::from),
+        outlines: &outlines,
+        window,
+    }
+    .render(&survey.map())
+}
+
+/// The shapes' outlines, a point every 2 mm.
+fn outlines(scenario: &Scenario) -> Vec<Vec<(f64, f64)>> {
+    scenario
+        .shapes
+        .iter()
+        .map(|shape| {
+            let points = shape.outline(0.002);
+            points.iter().map(|point| (point.x, point.y)).collect()
+        })
+        .collect()
+}
+
+/// Writes `map.png`, `map.pgm` and `map.yaml`.
+pub(super) fn save_map(
+    survey: &Survey,
+    picture: &Picture,
+    folder: &Path,
+) -> Result<(), WriteError> {
+    picture.save_png(&folder.join("map.png"))?;
+    MapServerPair::new(&survey.map()).save(folder)
+}
