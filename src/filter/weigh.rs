@@ -7,6 +7,10 @@ use crate::geometry::Point;
 use crate::math;
 use crate::sensor::{Echo, Mount, Reading, SENSORS};
 
+/// Squared distance from the arc, in variances, beyond which a support is none: it
+/// would be below exp(-12) = 6e-6, less than half a unit of a stored weight.
+const FAR_SQUARED: f32 = 24.0;
+
 /// What the sensors say about one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -121,7 +125,7 @@ impl Scan {
             let variance = sigma * sigma + model_variance;
             let short = beam.echo.range_m * lobe - range;
             let squared = short * short;
-            if beam.surface {
+            if beam.surface && squared < FAR_SQUARED * variance {
                 unsupported *= 1.0 - math::exp_of_minus(squared / (2.0 * variance));
             }
             if short > 0.0 && squared > margin_squared * variance {

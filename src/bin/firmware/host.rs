@@ -13,7 +13,7 @@ use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 pub(crate) fn print_budget() {
     const RAM: usize = 128 * 1024;
     let particles = core::mem::size_of::<ParticleSet<CAPACITY>>();
-    let send_queue = SEND_QUEUE * (MAX_FRAME + 1);
+    let send_queue = SEND_QUEUE * (MAX_FRAME + 4);
     let left = RAM - particles - send_queue - RECEIVE_QUEUE;
     println!("amiro-ipf firmware, memory budget of the STM32F405 image");
     println!("{particles:>8} bytes  particle set: {CAPACITY} particles of 8 bytes");

@@ -15,10 +15,11 @@ use crate::clock::Beats;
 /// Received bytes lost for want of room or to line errors.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
-/// A frame that waits to be sent.
+/// A frame that waits to be sent; on a word's boundary, like the encoder's.
+#[repr(C, align(4))]
 struct Waiting {
     bytes: [u8; MAX_FRAME],
-    length: u8,
+    length: u32,
 }
 
 impl Waiting {
@@ -28,16 +29,14 @@ impl Waiting {
         bytes.get_mut(..frame.len())?.copy_from_slice(frame);
         Some(Self {
             bytes,
-            length: frame.len() as u8,
+            length: frame.len() as u32,
         })
     }
 
-    fn byte(&self, place: u8) -> Option<u8> {
-        if place < self.length {
-            self.bytes.get(usize::from(place)).copied()
-        } else {
-            None
-        }
+    /// The bytes that are not out yet.
+    fn rest(&self, sent: u32) -> &[u8] {
+        let range = sent as usize..self.length as usize;
+        self.bytes.get(range).unwrap_or_default()
     }
 }
 
@@ -81,7 +80,7 @@ pub(crate) struct Line {
     received: Producer<'static, u8>,
     sending: Consumer<'static, Waiting>,
     /// Bytes of the first waiting frame that are out.
-    sent: u8,
+    sent: u32,
 }
 
 impl Line {
@@ -116,15 +115,12 @@ impl Line {
         let Some(frame) = self.sending.peek() else {
             return false;
         };
-        while self.usart.sr().read().txe().bit_is_set() {
-            let Some(byte) = frame.byte(self.sent) else {
-                break;
-            };
-            self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
+        for byte in frame.rest(self.sent) {
+            if self.usart.sr().read().txe().bit_is_clear() {
+                return false;
+            }
+            self.usart.dr().write(|w| w.dr().set(u16::from(*byte)));
             self.sent += 1;
-        }
-        if self.sent < frame.length {
-            return false;
         }
         self.sent = 0;
         self.sending.dequeue();
