@@ -86,23 +86,11 @@ impl DifferentialDrive {
         }
     }
 
-    /// What a small error of the wheels' travel does to a point of the body frame.
+    /// The Jacobian J_u of a point's place by the two wheels' travel, 2 x 2.
     ///
-    /// J_u e with J_u = [[-1/2 - y/b, -1/2 + y/b], [x/b, -x/b]]: the Jacobian of
-    /// equation 8 (corrected) by the travel of the left and the right wheel.
-    #[must_use]
-    #[inline]
-    pub fn displacement_by_travel_error(&self, point: Point, error: WheelTravel) -> Point {
-        let forward = 0.5 * (error.left_m + error.right_m);
-        let turn = (error.right_m - error.left_m) / self.track_m;
-        Point::new(turn * point.y - forward, -turn * point.x)
-    }
-
-    /// The Jacobian of a point's place by the two wheels' travel, [J_u], 2 x 2.
-    ///
-    /// Rows: x, y of the point; columns: left, right wheel. Dimensionless.
-    ///
-    /// [J_u]: Self::displacement_by_travel_error
+    /// [[-1/2 - y/b, -1/2 + y/b], [x/b, -x/b]]: equation 8 (corrected), derived by the
+    /// travel of the left and of the right wheel. Rows: x, y of the point; columns:
+    /// left, right. Dimensionless.
     #[must_use]
     pub fn jacobian(&self, point: Point) -> Matrix2<f32> {
         let b = self.track_m;
@@ -173,6 +161,40 @@ impl InverseMotion {
     fn rotation_matrix(&self) -> Matrix2<f32> {
         let Rotation { sine, cosine } = self.rotation;
         Matrix2::new(cosine, -sine, sine, cosine)
+    }
+}
+
+/// Random errors of the wheels' travel, prepared for displacing many points.
+#[derive(Clone, Copy, Debug)]
+pub struct TravelNoise {
+    forward: WheelTravel,
+    turn: WheelTravel,
+}
+
+impl TravelNoise {
+    /// Independent errors with the given standard deviations.
+    #[must_use]
+    pub fn new(drive: &DifferentialDrive, sigma: WheelTravel) -> Self {
+        Self {
+            forward: WheelTravel {
+                left_m: 0.5 * sigma.left_m,
+                right_m: 0.5 * sigma.right_m,
+            },
+            turn: WheelTravel {
+                left_m: sigma.left_m / drive.track_m,
+                right_m: sigma.right_m / drive.track_m,
+            },
+        }
+    }
+
+    /// A point of the body frame, displaced by J_u e for errors e of the left and the
+    /// right wheel in standard deviations ([`DifferentialDrive::jacobian`]).
+    #[must_use]
+    #[inline]
+    pub fn displace(&self, point: Point, (left, right): (f32, f32)) -> Point {
+        let forward = self.forward.left_m * left + self.forward.right_m * right;
+        let turn = self.turn.right_m * right - self.turn.left_m * left;
+        Point::new(point.x - forward + turn * point.y, point.y - turn * point.x)
     }
 }
 
@@ -304,6 +326,23 @@ mod tests {
                 let error = (s - f64::from(*p)).abs() / scale;
                 assert!(error < 0.03, "seed {seed}: {sampled} against {predicted}");
             }
+        }
+    }
+
+    #[test]
+    fn noise_displaces_by_the_jacobian() {
+        let sigma = WheelTravel {
+            left_m: 0.0004,
+            right_m: 0.0007,
+        };
+        let point = Point::new(0.13, -0.06);
+        let noise = TravelNoise::new(&DRIVE, sigma);
+        for (left, right) in [(1.0, 0.0), (0.0, 1.0), (-0.7, 2.1)] {
+            let moved = noise.displace(point, (left, right)) - point;
+            let errors = Vector2::new(left * sigma.left_m, right * sigma.right_m);
+            let expected = DRIVE.jacobian(point) * errors;
+            assert!((moved.x - expected.x).abs() < 1e-7, "({left}, {right})");
+            assert!((moved.y - expected.y).abs() < 1e-7, "({left}, {right})");
         }
     }
 

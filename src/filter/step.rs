@@ -4,7 +4,7 @@ use super::redraw::redraw;
 use super::survive::Survival;
 use super::{Model, Outcome, ParticleSet, Scan};
 use crate::geometry::{Motion, Point};
-use crate::kinematics::{InverseMotion, WheelTravel};
+use crate::kinematics::{InverseMotion, TravelNoise, WheelTravel};
 use crate::random::{Generator, standard_normal_pair};
 use crate::sensor::{Reading, SENSORS};
 
@@ -128,11 +128,12 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
     fn propagate(&mut self, model: &Model, motion: &Motion) -> u32 {
         let inverse = InverseMotion::of(motion);
         let travel = model.drive.travel_of_motion(motion);
-        let noise = model.parameters.wheel_noise;
+        let share = model.parameters.wheel_noise;
         let sigma = WheelTravel {
-            left_m: noise * travel.left_m.abs(),
-            right_m: noise * travel.right_m.abs(),
+            left_m: share * travel.left_m.abs(),
+            right_m: share * travel.right_m.abs(),
         };
+        let noise = TravelNoise::new(&model.drive, sigma);
         let radius = model.parameters.local_radius_m;
         let mut departed = 0;
         for mut slot in self.particles.slots(self.active) {
@@ -140,12 +141,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
                 continue;
             }
             let moved = inverse.apply(slot.position());
-            let (left, right) = standard_normal_pair(&mut self.rng);
-            let error = WheelTravel {
-                left_m: sigma.left_m * left,
-                right_m: sigma.right_m * right,
-            };
-            let place = moved + model.drive.displacement_by_travel_error(moved, error);
+            let place = noise.displace(moved, standard_normal_pair(&mut self.rng));
             if place.norm_squared() > radius * radius {
                 slot.kill();
                 departed += 1;
