@@ -71,7 +71,7 @@
 //!
 //! Minimum supported Rust version: 1.90.
 
-#![cfg_attr(any(not(feature = "std"), target_os = "none"), no_std)]
+#![cfg_attr(all(not(test), any(not(feature = "std"), target_os = "none")), no_std)]
 #![cfg_attr(
     not(test),
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
@@ -92,6 +92,11 @@ pub mod pacing;
 pub mod random;
 pub mod sensor;
 pub mod wire;
+
+/// Whether this build has the feature `std`, and a host to use it on.
+///
+/// For a test that proves a build without default features to be one.
+pub const HAS_STD: bool = cfg!(all(feature = "std", not(target_os = "none")));
 
 /// Hash of the sources that this build was made from; in every boot event.
 ///

@@ -100,6 +100,17 @@ impl<'a, const N: usize> Node<'a, N> {
         handled
     }
 
+    /// Takes one input and returns the events that follow from it.
+    ///
+    /// # Errors
+    /// As [`handle`](Self::handle).
+    #[cfg(all(feature = "std", not(target_os = "none")))]
+    pub fn events_of(&mut self, input: &Input) -> Result<std::vec::Vec<Event>, Fault> {
+        let mut events = std::vec::Vec::new();
+        self.handle(input, &mut |event| events.push(event.clone()))?;
+        Ok(events)
+    }
+
     fn configure(&mut self, config: &Config, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
         config.validate().map_err(|_| Fault::BadParameter)?;
         if config.particles() > N {
@@ -279,5 +290,218 @@ impl<'e, E: FnMut(&Event)> Batch<'e, E> {
         if let Event::Particles(particles) = &mut self.event {
             particles.outcomes.clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::Profile;
+
+    fn config() -> Config {
+        Config {
+            particles_per_sensor: 20,
+            ..Config::amiro(Profile::Plus)
+        }
+    }
+
+    /// Feeds a node and lists the kinds of its events, a letter each.
+    fn fed(node: &mut Node<'_, 160>, inputs: &[Input]) -> String {
+        let mut kinds = String::new();
+        for input in inputs {
+            let handled = node.handle(input, &mut |event| {
+                kinds.push(match event {
+                    Event::Configured(_) => 'C',
+                    Event::StepBegun(_) => 'b',
+                    Event::Particles(_) => 'p',
+                    Event::StepDone(_) => 'd',
+                    _ => '?',
+                });
+            });
+            if handled.is_err() {
+                kinds.push('!');
+            }
+        }
+        kinds
+    }
+
+    fn at(stamp_us: u64, x: f32, heading: f32) -> [Input; 2] {
+        let pose = Pose::new(x, 0.0, heading);
+        let samples = [Sample::Counts(78); SENSORS];
+        [
+            Input::Odometry { stamp_us, pose },
+            Input::Proximity { stamp_us, samples },
+        ]
+    }
+
+    fn steps(kinds: &str) -> usize {
+        kinds.matches('d').count()
+    }
+
+    #[test]
+    fn first_reading_steps_and_then_every_ten_millimetres() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        assert_eq!(fed(&mut node, &[Input::Configure(config())]), "C");
+        assert_eq!(fed(&mut node, &at(0, 0.0, 0.0)), "bd", "nobody lives yet");
+        assert_eq!(fed(&mut node, &at(8_000, 0.009, 0.0)), "");
+        let kinds = fed(&mut node, &at(16_000, 0.0101, 0.0));
+        assert_eq!(kinds, "bpppppd", "160 outcomes in batches of 38");
+        let way: Vec<Input> = (0..100)
+            .flat_map(|row| at(24_000 + row * 8_000, 0.0101 + row as f32 * 1e-3, 0.0))
+            .collect();
+        assert_eq!(steps(&fed(&mut node, &way)), 9);
+    }
+
+    #[test]
+    fn standstill_and_turning_in_place_step_nothing() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        let still: Vec<Input> = (1..1250)
+            .flat_map(|row| at(row * 8_000, 0.0, 0.0))
+            .collect();
+        assert_eq!(fed(&mut node, &still), "");
+        let turning: Vec<Input> = (0..500)
+            .flat_map(|row| at(10_000_000 + row * 8_000, 0.0, row as f32 * 0.01))
+            .collect();
+        assert_eq!(fed(&mut node, &turning), "");
+    }
+
+    #[test]
+    fn a_turn_in_place_is_applied_whole_at_the_next_step() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        let mut config = config();
+        config.parameters.wheel_noise = 0.0;
+        fed(&mut node, &[Input::Configure(config)]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        let before: Vec<_> = node.filter().live().map(|(place, _)| place).collect();
+        fed(&mut node, &at(1_000_000, 0.0, 1.2));
+        // A wheel's width further on: the robot now looks along 1.2 rad.
+        let (sine, cosine) = math::sin_cos(1.2);
+        let end = Pose::new(0.0101 * cosine, 0.0101 * sine, 1.2);
+        let mut places = Vec::new();
+        let [_, reading] = at(2_000_000, 0.0, 0.0);
+        let pose = Input::Odometry {
+            stamp_us: 2_000_000,
+            pose: end,
+        };
+        for input in [pose, reading] {
+            node.handle(&input, &mut |event| {
+                if let Event::Particles(particles) = event {
+                    places.extend(particles.outcomes.iter().map(|event| event.position()));
+                }
+            })
+            .unwrap();
+        }
+        assert_eq!(
+            places.len(),
+            before.len(),
+            "all stay within the local radius"
+        );
+        for (old, new) in before.iter().zip(&places) {
+            // 0.25 mm of the event's rounding each way, and a unit of storage.
+            let error = (end.world_from_body(*new) - *old).norm();
+            assert!(error < 0.000_38, "{old:?} went to {new:?}");
+        }
+    }
+
+    #[test]
+    fn masked_sensors_are_consumed_as_missing() {
+        let mut set = ParticleSet::<160>::new();
+        let mut node = Node::new(&mut set);
+        let config = Config {
+            sensors: SensorMask::ALL.complement().with(1),
+            ..config()
+        };
+        fed(&mut node, &[Input::Configure(config)]);
+        for input in at(0, 0.0, 0.0) {
+            node.handle(&input, &mut |event| {
+                if let Event::StepBegun(step) = event {
+                    for (sensor, sample) in step.samples.iter().enumerate() {
+                        assert_eq!(*sample != Sample::Missing, sensor == 1, "{sensor}");
+                    }
+                }
+            })
+            .unwrap();
+        }
+        assert_eq!(node.status().without, 0b1111_1101);
+    }
+
+    #[test]
+    fn ticks_step_under_their_rule_alone() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        let tick = [Input::Tick { stamp_us: 5 }];
+        assert_eq!(fed(&mut node, &tick), "!", "no reading yet");
+        fed(&mut node, &at(0, 0.0, 0.0));
+        assert_eq!(fed(&mut node, &tick), "");
+        let step_rule = StepRule::PerTick { own_clock: false };
+        fed(
+            &mut node,
+            &[Input::Configure(Config {
+                step_rule,
+                ..config()
+            })],
+        );
+        assert_eq!(fed(&mut node, &at(0, 0.0, 0.0)), "");
+        assert_eq!(fed(&mut node, &tick), "bd");
+        assert!(fed(&mut node, &tick).ends_with('d'), "again, at standstill");
+    }
+
+    #[test]
+    fn refused_inputs_change_only_their_counter() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        let [odometry, reading] = at(8_000, 0.0, 0.0);
+        assert_eq!(fed(&mut node, &[reading]), "!");
+        assert_eq!(node.status().last_fault, Some(Fault::NoPose));
+        fed(&mut node, &[odometry, reading]);
+        let [_, early] = at(7_999, 0.0, 0.0);
+        assert_eq!(fed(&mut node, &[early]), "!");
+        assert_eq!(node.status().last_fault, Some(Fault::StampBackward));
+        let mut bad = config();
+        bad.parameters.veto = 2.0;
+        let many = Config {
+            particles_per_sensor: 21,
+            ..config()
+        };
+        assert_eq!(
+            fed(&mut node, &[Input::Configure(bad), Input::Configure(many)]),
+            "!!"
+        );
+        assert_eq!(node.status().last_fault, Some(Fault::TooManyParticles));
+        assert_eq!((node.status().refused, node.status().steps), (4, 1));
+    }
+
+    #[test]
+    fn configuring_again_gives_the_same_run_again() {
+        let run = |node: &mut Node<'_, 160>| {
+            let mut digests = Vec::new();
+            let mut inputs = vec![Input::Configure(config())];
+            inputs.extend((0..200).flat_map(|row| at(row * 8_000, row as f32 * 1e-3, 0.0)));
+            for input in inputs {
+                node.handle(&input, &mut |event| {
+                    if let Event::StepDone(done) = event {
+                        digests.push(done.digest);
+                    }
+                })
+                .unwrap();
+            }
+            digests
+        };
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        let first = run(&mut node);
+        assert_eq!(first.len(), 20);
+        assert_eq!(run(&mut node), first);
+    }
+
+    #[test]
+    fn a_node_cuts_its_first_configuration_to_its_capacity() {
+        let mut set = ParticleSet::<80>::new();
+        assert_eq!(Node::new(&mut set).config().particles(), 80);
     }
 }

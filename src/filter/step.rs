@@ -197,3 +197,221 @@ impl Tally {
         self.past_gate + self.below_gate
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::{FilterParameters, Profile};
+    use crate::geometry::{Angle, Pose};
+    use crate::kinematics::DifferentialDrive;
+    use crate::sensor::{Photometry, Ring, Sample};
+
+    const N: usize = 800;
+
+    fn model(parameters: FilterParameters) -> Model {
+        Model::new(
+            parameters,
+            Photometry::VCNL4020,
+            &Ring::AMIRO,
+            DifferentialDrive::AMIRO,
+        )
+    }
+
+    fn readings(counts: i32) -> [Reading; SENSORS] {
+        [Photometry::VCNL4020.read(Sample::Counts(counts)); SENSORS]
+    }
+
+    fn forward(metres: f32) -> Motion {
+        Motion {
+            displacement: Point::new(metres, 0.0),
+            turn: Angle::default(),
+        }
+    }
+
+    #[test]
+    fn first_step_draws_everybody_and_counts_nobody() {
+        for profile in [Profile::Paper, Profile::Plus] {
+            let mut set = ParticleSet::<N>::new();
+            let mut filter = InverseParticleFilter::new(&mut set, N, 1);
+            let model = model(profile.parameters());
+            let tally = filter.step(&model, &Motion::NONE, &readings(78), |_, _| {
+                panic!("a particle was reported in the step of its birth")
+            });
+            assert_eq!(tally, Tally::default());
+            assert_eq!(filter.live().count(), N);
+            assert!(filter.live().all(|(_, age)| age == 0));
+        }
+    }
+
+    #[test]
+    fn every_live_particle_has_one_outcome_and_only_survivors_age() {
+        for profile in [Profile::Paper, Profile::Plus] {
+            let mut set = ParticleSet::<N>::new();
+            let mut filter = InverseParticleFilter::new(&mut set, N, 2);
+            let model = model(profile.parameters());
+            filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+            let mut reported = 0;
+            let tally = filter.step(&model, &forward(0.01), &readings(78), |_, _| reported += 1);
+            let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.behind;
+            assert_eq!(
+                (outcomes, reported),
+                (tally.live, tally.live),
+                "{profile:?}"
+            );
+            assert_eq!(tally.live + tally.departed, N as u32, "{profile:?}");
+            let aged = filter.live().filter(|(_, age)| *age == 1).count();
+            let young = filter.live().filter(|(_, age)| *age == 0).count();
+            assert_eq!(aged as u32, tally.survived(), "{profile:?}");
+            assert_eq!(aged + young, N, "{profile:?}");
+        }
+    }
+
+    #[test]
+    fn without_motion_and_noise_survivors_pass_the_gate_at_the_g_th_step() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 3);
+        let model = model(FilterParameters::PAPER);
+        for step in 0..=4 {
+            let tally = filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+            assert_eq!(tally.past_gate > 0, step == 4, "step {step}");
+        }
+    }
+
+    #[test]
+    fn an_empty_room_has_no_surface_and_its_degenerate_set_is_redrawn() {
+        for profile in [Profile::Paper, Profile::Plus] {
+            let mut set = ParticleSet::<N>::new();
+            let mut filter = InverseParticleFilter::new(&mut set, N, 4);
+            let model = model(profile.parameters());
+            filter.step(&model, &Motion::NONE, &readings(0), |_, _| {});
+            for _ in 0..20 {
+                let tally = filter.step(&model, &forward(0.01), &readings(0), |_, _| {});
+                assert_eq!((tally.survived(), tally.weight_sum), (0, 0), "{profile:?}");
+                assert!(tally.free > 0, "{profile:?}");
+            }
+            assert!(filter.live().all(|(_, age)| age == 0));
+        }
+    }
+
+    #[test]
+    fn without_a_usable_sensor_the_set_dies_and_returns_with_the_sensors() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 5);
+        let model = model(FilterParameters::PLUS);
+        filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+        let dead = [Reading::Faulty; SENSORS];
+        let tally = filter.step(&model, &forward(0.01), &dead, |_, _| {});
+        assert_eq!((tally.behind, tally.free), (tally.live, 0));
+        assert_eq!(filter.live().count(), 0);
+        let tally = filter.step(&model, &forward(0.01), &dead, |_, _| {});
+        assert_eq!(tally, Tally::default());
+        filter.step(&model, &forward(0.01), &readings(78), |_, _| {});
+        assert_eq!(filter.live().count(), N);
+    }
+
+    #[test]
+    fn particles_beyond_the_local_radius_depart_without_an_outcome() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 6);
+        let model = model(FilterParameters::PAPER);
+        filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+        let tally = filter.step(&model, &forward(1.0), &readings(78), |_, _| {});
+        assert_eq!((tally.live, tally.departed), (0, N as u32));
+        assert_eq!(filter.live().count(), N, "redrawn at once");
+    }
+
+    #[test]
+    fn moved_particles_stay_put_in_the_world() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 7);
+        let model = model(FilterParameters {
+            wheel_noise: 0.0,
+            ..FilterParameters::PAPER
+        });
+        filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+        let before: Vec<Point> = filter.live().map(|(place, _)| place).collect();
+        let motion = Motion {
+            displacement: Point::new(0.009, 0.002),
+            turn: Angle::from_radians(0.4),
+        };
+        let pose = Pose::default().moved(&motion);
+        let mut after = Vec::new();
+        filter.step(&model, &motion, &readings(78), |(x, y), _| {
+            after.push(Point::new(f32::from(x) / 64_000.0, f32::from(y) / 64_000.0));
+        });
+        for (old, new) in before.iter().zip(&after) {
+            let error = (pose.world_from_body(*new) - *old).norm();
+            assert!(error < 2e-5, "{old:?} went to {new:?}");
+        }
+    }
+
+    #[test]
+    fn figure_four_s_share_survives_the_paper_s_first_step() {
+        // An object 100 mm ahead of a front sensor, one step of 10 mm towards it: about
+        // 80 % survive. The independent prototype found 82 % (systematic) and 74 %
+        // (Bernoulli, without veto); 4000 particles, 4 sigma are 2.5 %.
+        let law = Photometry::VCNL4020;
+        let ring = Ring {
+            axis_rad: [0.0; SENSORS],
+            ..Ring::AMIRO
+        };
+        for (profile, share) in [(Profile::Paper, 0.82), (Profile::Plus, 0.74)] {
+            let parameters = FilterParameters {
+                veto: 1.0,
+                ..profile.parameters()
+            };
+            let model = Model::new(parameters, law, &ring, DifferentialDrive::AMIRO);
+            for seed in 1..=3 {
+                let mut set = ParticleSet::<4000>::new();
+                let mut filter = InverseParticleFilter::new(&mut set, 4000, seed);
+                let mut seen = [Reading::Faulty; SENSORS];
+                seen[0] = Reading::Range(law.echo(law.counts(0.10, 0.0).unwrap()).unwrap());
+                filter.step(&model, &Motion::NONE, &seen, |_, _| {});
+                seen[0] = Reading::Range(law.echo(law.counts(0.09, 0.0).unwrap()).unwrap());
+                let tally = filter.step(&model, &forward(0.01), &seen, |_, _| {});
+                let survived = tally.survived() as f32 / 4000.0;
+                assert!(
+                    (survived - share).abs() < 0.03,
+                    "{profile:?}, seed {seed}: {survived}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_sets_and_others_do_not() {
+        let digest = |seed| {
+            let mut set = ParticleSet::<N>::new();
+            let mut filter = InverseParticleFilter::new(&mut set, N, seed);
+            let model = model(FilterParameters::PLUS);
+            for _ in 0..5 {
+                filter.step(&model, &forward(0.01), &readings(60), |_, _| {});
+            }
+            filter.digest()
+        };
+        assert_eq!(digest(8), digest(8));
+        assert_ne!(digest(8), digest(9));
+    }
+
+    #[test]
+    fn nearest_surface_is_the_nearest_particle_past_the_gate() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 10);
+        let model = model(FilterParameters::PLUS);
+        let mut nearest: Option<f32> = None;
+        for _ in 0..10 {
+            let mut closest = f32::INFINITY;
+            let tally = filter.step(&model, &Motion::NONE, &readings(78), |(x, y), outcome| {
+                if outcome == Outcome::SurvivedPastGate {
+                    let place = Point::new(f32::from(x) / 64_000.0, f32::from(y) / 64_000.0);
+                    closest = closest.min(place.norm());
+                }
+            });
+            nearest = tally.nearest.map(Point::norm);
+            if let Some(nearest) = nearest {
+                assert!((nearest - closest).abs() < 1e-6);
+            }
+        }
+        assert!(nearest.is_some(), "a standing wall passes the gate");
+    }
+}
