@@ -6,11 +6,13 @@
 
 mod decoder;
 mod frame;
+mod losses;
 mod message;
 mod terminal;
 
 pub use decoder::{Decoder, Received};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
+pub use losses::Losses;
 pub use message::{Message, Outgoing, SCENARIO_CHUNK, Truth};
 pub use terminal::{Importance, Terminal};
 

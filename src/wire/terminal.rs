@@ -3,7 +3,7 @@
 //! Portable like the node: the flash image feeds it from a serial port, a test from
 //! memory.
 
-use super::{Decoder, Encoder, Message, Outgoing, Received};
+use super::{Decoder, Encoder, Losses, Message, Outgoing, Received};
 use crate::event::{Boot, Event, Status};
 use crate::fault::Fault;
 use crate::input::Input;
@@ -34,6 +34,7 @@ pub struct Terminal<'a, const N: usize> {
     boot: Boot,
     decoder: Decoder,
     encoder: Encoder,
+    losses: Losses,
     broken_frames: u32,
 }
 
@@ -45,6 +46,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
             boot,
             decoder: Decoder::new(),
             encoder: Encoder::new(boot_id),
+            losses: Losses::new(),
             broken_frames: 0,
         }
     }
@@ -55,7 +57,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
         &self.node
     }
 
-    /// Input frames that arrived broken or not at all.
+    /// Input frames that arrived broken, out of order or not at all.
     #[must_use]
     pub fn broken_frames(&self) -> u32 {
         self.broken_frames
@@ -76,14 +78,13 @@ impl<'a, const N: usize> Terminal<'a, N> {
     /// Whether a frame was handled: the caller may then want to look at the room it
     /// has for the next one's events.
     pub fn receive(&mut self, byte: u8, send: &mut impl FnMut(&[u8], Importance)) -> bool {
-        match self.decoder.push(byte) {
-            None => false,
-            Some(Received::Broken(_)) => {
-                self.broken_frames = self.broken_frames.wrapping_add(1);
-                false
-            }
-            Some(Received::Frame { frame, lost }) => {
-                self.broken_frames = self.broken_frames.wrapping_add(u32::from(lost));
+        let Some(received) = self.decoder.push(byte) else {
+            return false;
+        };
+        self.count(&received);
+        match received {
+            Received::Broken(_) => false,
+            Received::Frame { frame, .. } => {
                 let refused = self.take(&frame.message, send).err();
                 let answer = Event::Answer {
                     input: frame.sequence,
@@ -99,6 +100,20 @@ impl<'a, const N: usize> Terminal<'a, N> {
     pub fn inject(&mut self, input: &Input, send: &mut impl FnMut(&[u8], Importance)) {
         // A refusal is counted in the node's status; a board has nobody else to tell.
         let _ = self.handle(input, send);
+    }
+
+    /// Every host numbers its frames from 0 and greets first: a gap before a greeting
+    /// is the end of another session.
+    fn count(&mut self, received: &Received) {
+        match received {
+            Received::Frame { frame, .. } if frame.message == Message::Input(Input::Hello) => {
+                self.losses.start_over();
+            }
+            _ => {
+                let more = u32::from(self.losses.take(received));
+                self.broken_frames = self.broken_frames.wrapping_add(more);
+            }
+        }
     }
 
     fn take(
@@ -134,4 +149,61 @@ fn transmit(encoder: &mut Encoder, event: &Event, send: &mut impl FnMut(&[u8], I
         encoder.encode(Outgoing::Event(event)),
         Importance::of(event),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::WIRE_VERSION;
+    use super::*;
+    use crate::event::ClockSource;
+    use crate::filter::ParticleSet;
+
+    const BOOT: Boot = Boot {
+        wire_version: WIRE_VERSION,
+        build_id: 0,
+        capacity: 8,
+        window: 8,
+        baud: 0,
+        clock: ClockSource::Host,
+        core_hz: 0,
+    };
+
+    /// Sessions of a greeting and so many ticks, each numbered from 0.
+    fn broken_frames_after(sessions: &[u32]) -> u32 {
+        let mut particles = ParticleSet::<8>::new();
+        let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 0);
+        for &ticks in sessions {
+            let mut host = Encoder::new(0xa5);
+            let tick = Input::Tick { stamp_us: 0 };
+            for input in core::iter::once(Input::Hello).chain((0..ticks).map(|_| tick)) {
+                for byte in host.encode(Outgoing::Input(&input)) {
+                    terminal.receive(*byte, &mut |_, _| ());
+                }
+            }
+        }
+        terminal.broken_frames()
+    }
+
+    #[test]
+    fn a_host_that_starts_over_is_no_broken_frame() {
+        // Was 65 536 less the frames of the session before.
+        assert_eq!(broken_frames_after(&[10, 10]), 0);
+        assert_eq!(broken_frames_after(&[40_000, 10]), 0);
+    }
+
+    #[test]
+    fn an_input_that_went_missing_or_came_again_is_counted_once() {
+        let mut particles = ParticleSet::<8>::new();
+        let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 0);
+        let mut host = Encoder::new(0xa5);
+        let tick = Input::Tick { stamp_us: 0 };
+        let frames: [Vec<u8>; 5] =
+            core::array::from_fn(|_| host.encode(Outgoing::Input(&tick)).to_vec());
+        for (place, broken) in [(0, 0), (1, 0), (1, 1), (4, 3)] {
+            for byte in &frames[place] {
+                terminal.receive(*byte, &mut |_, _| ());
+            }
+            assert_eq!(terminal.broken_frames(), broken, "frame {place}");
+        }
+    }
 }

@@ -8,7 +8,7 @@ use std::{fmt, thread};
 use amiro_ipf::event::{Boot, Event};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Decoder, Encoder, Frame, Message, Outgoing, Received, WIRE_VERSION};
+use amiro_ipf::wire::{Decoder, Encoder, Frame, Losses, Message, Outgoing, Received, WIRE_VERSION};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
@@ -80,10 +80,12 @@ impl std::error::Error for LinkError {}
 pub struct Board {
     outgoing: Box<dyn Write + Send>,
     incoming: Receiver<Vec<u8>>,
-    pending: std::collections::VecDeque<Received>,
+    /// Received bytes that were not looked at yet.
+    unread: std::vec::IntoIter<u8>,
     decoder: Decoder,
     encoder: Encoder,
     boot: Option<Boot>,
+    losses: Losses,
     lost_frames: u64,
     raw: Vec<u8>,
     /// Whatever must live as long as the link: an emulator's process, a thread.
@@ -104,10 +106,11 @@ impl Board {
         Self {
             outgoing: Box::new(writer),
             incoming,
-            pending: std::collections::VecDeque::new(),
+            unread: Vec::new().into_iter(),
             decoder: Decoder::new(),
             encoder: Encoder::new(HOST_BOOT_ID),
             boot: None,
+            losses: Losses::new(),
             lost_frames: 0,
             raw: Vec::new(),
             _keep: Box::new(keep),
@@ -119,12 +122,16 @@ impl Board {
     /// # Errors
     /// [`LinkError::NoBoot`], [`LinkError::Version`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
-        let deadline = Instant::now() + BOOT_DEADLINE;
+        self.greet_within(BOOT_DEADLINE)
+    }
+
+    fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
+        let deadline = Instant::now() + patience;
         // What a board is sent before its line is up is lost: ask again and again.
         while Instant::now() < deadline {
             self.send(&Input::Hello)?;
-            let patience = Instant::now() + Duration::from_millis(500);
-            while let Some(received) = self.receive(patience)? {
+            let next_greeting = deadline.min(Instant::now() + Duration::from_millis(500));
+            while let Some(received) = self.receive(next_greeting)? {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
@@ -183,23 +190,21 @@ impl Board {
     /// The next frame, whole or broken; `None` when there is none before the deadline.
     pub(super) fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, LinkError> {
         loop {
-            if let Some(received) = self.pending.pop_front() {
-                self.lost_frames += match &received {
-                    Received::Frame { lost, .. } => u64::from(*lost),
-                    Received::Broken(_) => 1,
-                };
-                return Ok(Some(received));
+            // One frame at a time: what is raw then always ends where the frames end
+            // that were handed on, whatever the pieces in which bytes arrive.
+            for byte in self.unread.by_ref() {
+                self.raw.push(byte);
+                if let Some(received) = self.decoder.push(byte) {
+                    self.lost_frames += u64::from(self.losses.take(&received));
+                    return Ok(Some(received));
+                }
             }
             let patience = deadline.saturating_duration_since(Instant::now());
-            let bytes = match self.incoming.recv_timeout(patience) {
-                Ok(bytes) => bytes,
+            self.unread = match self.incoming.recv_timeout(patience) {
+                Ok(bytes) => bytes.into_iter(),
                 Err(RecvTimeoutError::Timeout) => return Ok(None),
                 Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Gone),
             };
-            self.raw.extend_from_slice(&bytes);
-            let decoder = &mut self.decoder;
-            self.pending
-                .extend(bytes.into_iter().filter_map(|byte| decoder.push(byte)));
         }
     }
 
@@ -233,5 +238,70 @@ fn pump(reader: &mut impl Read, sender: &SyncSender<Vec<u8>>) {
                 _ => return,
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Cursor, sink};
+
+    use amiro_ipf::BUILD_ID;
+    use amiro_ipf::event::{ClockSource, Status};
+
+    use super::*;
+
+    fn boot() -> Event {
+        Event::Boot(Boot {
+            wire_version: WIRE_VERSION,
+            build_id: BUILD_ID,
+            capacity: 8000,
+            window: 8,
+            baud: 2_000_000,
+            clock: ClockSource::CrystalPll,
+            core_hz: 168_000_000,
+        })
+    }
+
+    /// A board that says these bytes, in two pieces, whatever it is told.
+    fn board_that_says(first: Vec<u8>, second: Vec<u8>) -> Board {
+        Board::over(Cursor::new(first).chain(Cursor::new(second)), sink(), ())
+    }
+
+    #[test]
+    fn a_board_that_never_boots_is_given_up_at_the_deadline() {
+        let mut silent = Board::in_memory(|_| false);
+        let start = Instant::now();
+        let patience = Duration::from_millis(50);
+        let greeted = silent.greet_within(patience);
+        assert!(matches!(greeted, Err(LinkError::NoBoot)), "{greeted:?}");
+        assert!(start.elapsed() >= patience);
+        assert!(start.elapsed() < Duration::from_secs(2));
+        let words = LinkError::NoBoot.to_string();
+        assert!(words.contains("within 10 s"), "{words}");
+    }
+
+    #[test]
+    fn raw_bytes_begin_with_a_whole_frame_after_the_greeting() {
+        let mut encoder = Encoder::new(3);
+        let mut frame = |event: &Event| encoder.encode(Outgoing::Event(event)).to_vec();
+        let greeting = [
+            frame(&boot()),
+            frame(&Event::Answer {
+                input: 0,
+                refused: None,
+            }),
+        ]
+        .concat();
+        let statuses = [(); 2].map(|()| frame(&Event::Status(Status::default())));
+        // The first piece ends within the first status.
+        let (head, tail) = statuses[0].split_at(9);
+        let mut board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());
+        board.greet().unwrap();
+        let deadline = Instant::now() + Duration::from_secs(1);
+        for status in statuses {
+            assert!(board.receive_frame(deadline).unwrap().is_some());
+            assert_eq!(board.take_raw(), status);
+        }
+        assert_eq!(board.lost_frames(), 0);
     }
 }

@@ -1,0 +1,586 @@
+//! Boards at the end of a link: lock-step, what it compares, what it says when it fails.
+//!
+//! Names that begin with f64 to f69 are entries of the fault catalogue: the serial link.
+
+#![expect(clippy::panic, reason = "a test that cannot go on says why")]
+
+use std::time::{Duration, Instant};
+
+use amiro_ipf::BUILD_ID;
+use amiro_ipf::config::Config;
+use amiro_ipf::event::{BoardStatus, Boot, ClockSource, Event, Status};
+use amiro_ipf::fault::Fault;
+use amiro_ipf::filter::{ParticleSet, Profile};
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
+use amiro_ipf::node::Node;
+use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::sensor::Sample;
+use amiro_ipf::wire::{
+    Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WINDOW, WIRE_VERSION,
+};
+use sim_harness::link::{Board, Comparison, LinkError, Verdict, drive};
+
+/// Steps of [`inputs`]: one at the start and one per 10 mm.
+const STEPS: usize = 7;
+
+fn config() -> Config {
+    Config {
+        particles_per_sensor: 100,
+        ..Config::amiro(Profile::Paper)
+    }
+}
+
+/// Sixty millimetres along a wall, in readings 2 mm apart.
+fn inputs_with(config: Config) -> Vec<Input> {
+    let mut samples = [Sample::Counts(3); 8];
+    samples[1] = Sample::Counts(110);
+    samples[2] = Sample::Counts(100);
+    let rows = (0..=30_u64).flat_map(|row| {
+        let stamp_us = row * 25_000;
+        let pose = Pose::new(row as f32 * 2e-3, 0.0, 0.0);
+        [
+            Input::Odometry { stamp_us, pose },
+            Input::Proximity { stamp_us, samples },
+        ]
+    });
+    [Input::Configure(config)].into_iter().chain(rows).collect()
+}
+
+fn inputs() -> Vec<Input> {
+    inputs_with(config())
+}
+
+/// The host's own run, without any link.
+fn host_events(inputs: &[Input]) -> Vec<Event> {
+    let mut particles = Box::new(ParticleSet::<800>::new());
+    let mut node = Node::new(&mut particles);
+    let mut events = Vec::new();
+    for input in inputs {
+        node.handle(input, &mut |event| events.push(event.clone()))
+            .unwrap();
+    }
+    events
+}
+
+/// A board's run of `inputs` held against the host's run of [`inputs`].
+fn verdict_of(
+    inputs: &[Input],
+    on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static,
+) -> Verdict {
+    let mut comparison = Comparison::default();
+    for event in host_events(&self::inputs()) {
+        comparison.expect(&event);
+    }
+    let mut board = Board::in_memory(on_line);
+    board.greet().unwrap();
+    drive(&mut board, inputs, |event| comparison.meet(event), || ()).unwrap();
+    comparison.verdict(board.boot(), board.lost_frames())
+}
+
+fn assert_fails_because(verdict: &Verdict, reasons: &[&str]) {
+    assert!(!verdict.equal, "{verdict}");
+    let shown = verdict.to_string();
+    assert!(shown.starts_with("DIFFERENT: "), "{shown}");
+    for reason in reasons {
+        let is_said = verdict.reasons.iter().any(|said| said.contains(reason));
+        assert!(is_said, "{reason} is not among the reasons of\n{shown}");
+    }
+}
+
+fn read(bytes: &[u8]) -> Frame {
+    match decode_all(bytes).as_slice() {
+        [Received::Frame { frame, .. }] => frame.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn decode_all(bytes: &[u8]) -> Vec<Received> {
+    let mut decoder = Decoder::new();
+    bytes
+        .iter()
+        .filter_map(|&byte| decoder.push(byte))
+        .collect()
+}
+
+/// The frame's bytes, under its own number and with a correct checksum.
+fn write(frame: &Frame) -> Vec<u8> {
+    let mut encoder = Encoder::new(frame.boot_id);
+    while encoder.sequence() != frame.sequence {
+        encoder.encode(Outgoing::Input(&Input::Hello));
+    }
+    encoder.encode(&frame.message).to_vec()
+}
+
+/// A line that changes the events that a board says, and loses those that become `None`.
+fn line(
+    mut change: impl FnMut(Event) -> Option<Event> + Send + 'static,
+) -> impl FnMut(&mut Vec<u8>) -> bool + Send + 'static {
+    move |bytes| {
+        let mut frame = read(bytes);
+        let Message::Event(event) = frame.message else {
+            return true;
+        };
+        let Some(event) = change(event) else {
+            return false;
+        };
+        frame.message = Message::Event(event);
+        *bytes = write(&frame);
+        true
+    }
+}
+
+#[test]
+fn an_undisturbed_run_is_equal_and_says_how_much_was_compared() {
+    let verdict = verdict_of(&inputs(), |_| true);
+    assert_eq!(verdict.reasons, Vec::<String>::new());
+    assert!(verdict.equal);
+    assert_eq!(verdict.steps, STEPS);
+    assert_eq!(verdict.digests, STEPS);
+    assert_eq!(verdict.expected_steps, STEPS);
+    let outcomes: u32 = host_events(&inputs())
+        .iter()
+        .map(|event| match event {
+            Event::StepDone(done) => done.outcomes(),
+            _ => 0,
+        })
+        .sum();
+    // All 800 have an outcome in all steps but the first, which draws them.
+    assert!(outcomes > 4000, "{outcomes}");
+    assert_eq!(verdict.particles, outcomes as usize);
+    let shown = verdict.to_string();
+    assert!(
+        shown.starts_with("EQUAL: 7 of 7 steps, 7 digests, "),
+        "{shown}"
+    );
+    assert!(shown.contains(&format!("{outcomes} outcomes")), "{shown}");
+}
+
+#[test]
+fn re_framing_alone_changes_nothing() {
+    let verdict = verdict_of(&inputs(), line(Some));
+    assert!(verdict.equal, "{verdict}");
+}
+
+#[test]
+fn a_parameter_that_differs_on_one_side_is_found() {
+    let mut other = config();
+    other.parameters.model_error_m *= 1.01;
+    let verdict = verdict_of(&inputs_with(other), |_| true);
+    assert_fails_because(&verdict, &["differs in step", "of 7 digests were met"]);
+    let other = Config {
+        seed: 2,
+        ..config()
+    };
+    let verdict = verdict_of(&inputs_with(other), |_| true);
+    assert_fails_because(&verdict, &["differs in step 0 (step done)"]);
+}
+
+#[test]
+fn a_dropped_particle_frame_is_found() {
+    let mut batches = 0;
+    let lossy = line(move |event| {
+        batches += usize::from(matches!(event, Event::Particles(_)));
+        (batches != 30 || !matches!(event, Event::Particles(_))).then_some(event)
+    });
+    let verdict = verdict_of(&inputs(), lossy);
+    let reasons = [
+        "differs in step",
+        "1 frames of the board were lost",
+        "1 messages never came",
+    ];
+    assert_fails_because(&verdict, &reasons);
+}
+
+#[test]
+fn a_frame_that_is_damaged_on_the_line_is_found() {
+    let mut frames = 0;
+    let verdict = verdict_of(&inputs(), move |bytes| {
+        frames += 1;
+        if frames == 40 {
+            bytes[5] ^= 0x40;
+        }
+        true
+    });
+    assert_fails_because(
+        &verdict,
+        &["differs in step", "1 frames of the board were lost"],
+    );
+}
+
+#[test]
+fn one_other_byte_in_one_particle_message_is_found() {
+    let mut batches = 0;
+    let verdict = verdict_of(&inputs(), move |bytes| {
+        let mut frame = read(bytes);
+        if let Message::Event(Event::Particles(batch)) = &mut frame.message {
+            batches += 1;
+            if batches == 50 {
+                // The step's number: one byte, and the frame is good.
+                batch.step ^= 1;
+                *bytes = write(&frame);
+            }
+        }
+        true
+    });
+    assert_fails_because(&verdict, &["differs in step 3 (particles)"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+    assert_eq!(verdict.digests, STEPS, "{verdict}");
+}
+
+#[test]
+fn one_other_digest_is_found() {
+    let verdict = verdict_of(
+        &inputs(),
+        line(|mut event| {
+            if let Event::StepDone(done) = &mut event
+                && done.index == 4
+            {
+                done.digest ^= 1 << 17;
+            }
+            Some(event)
+        }),
+    );
+    let reasons = ["differs in step 4 (step done)", "6 of 7 digests were met"];
+    assert_fails_because(&verdict, &reasons);
+}
+
+#[test]
+fn another_build_is_found() {
+    let verdict = verdict_of(
+        &inputs(),
+        line(|mut event| {
+            if let Event::Boot(boot) = &mut event {
+                boot.build_id ^= 1;
+            }
+            Some(event)
+        }),
+    );
+    assert_fails_because(&verdict, &["the board runs another build"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+    assert!(verdict.reasons[0].contains(&format!("{BUILD_ID:016x}")));
+}
+
+#[test]
+fn a_board_that_did_not_introduce_itself_is_found() {
+    let mut comparison = Comparison::default();
+    for event in host_events(&inputs()) {
+        comparison.expect(&event);
+        comparison.meet(&event);
+    }
+    let verdict = comparison.verdict(None, 0);
+    assert_fails_because(&verdict, &["did not introduce itself"]);
+}
+
+#[test]
+fn nothing_compared_is_not_equal() {
+    let mut board = Board::in_memory(|_| true);
+    board.greet().unwrap();
+    let mut comparison = Comparison::default();
+    let only_configured = &inputs()[..1];
+    for event in host_events(only_configured) {
+        comparison.expect(&event);
+    }
+    drive(
+        &mut board,
+        only_configured,
+        |event| comparison.meet(event),
+        || (),
+    )
+    .unwrap();
+    let verdict = comparison.verdict(board.boot(), board.lost_frames());
+    assert_fails_because(&verdict, &["nothing was compared"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+#[test]
+fn a_missing_step_is_found() {
+    // The board never hears of the last millimetres.
+    let inputs = inputs();
+    let verdict = verdict_of(&inputs[..inputs.len() - 2], |_| true);
+    let reasons = ["6 of 7 digests were met", "messages never came"];
+    assert_fails_because(&verdict, &reasons);
+    assert_eq!((verdict.steps, verdict.expected_steps), (6, 7), "{verdict}");
+}
+
+#[test]
+fn a_step_too_many_is_found() {
+    let mut inputs = inputs();
+    let stamp_us = 1_000_000;
+    let pose = Pose::new(0.0705, 0.0, 0.0);
+    let samples = [Sample::Missing; 8];
+    inputs.push(Input::Odometry { stamp_us, pose });
+    inputs.push(Input::Proximity { stamp_us, samples });
+    let verdict = verdict_of(&inputs, |_| true);
+    assert_fails_because(&verdict, &["step begins came after the last"]);
+    assert_eq!(verdict.digests, STEPS, "{verdict}");
+}
+
+#[test]
+fn f65_frames_that_the_board_dropped_are_found() {
+    let mut comparison = Comparison::default();
+    for event in host_events(&inputs()) {
+        comparison.expect(&event);
+        comparison.meet(&event);
+    }
+    let board = BoardStatus {
+        dropped_frames: 3,
+        ..BoardStatus::default()
+    };
+    let status = Status {
+        board,
+        ..Status::default()
+    };
+    comparison.meet(&Event::Status(status));
+    let verdict = comparison.verdict(Some(&boot()), 0);
+    assert_fails_because(&verdict, &["the board dropped 3 frames"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+#[test]
+fn an_input_without_an_answer_ends_the_run_within_the_deadline() {
+    let mut answers = 0;
+    // The greeting and two inputs are answered.
+    let mut board = Board::in_memory(line(move |event| {
+        answers += usize::from(matches!(event, Event::Answer { .. }));
+        (answers <= 3 || !matches!(event, Event::Answer { .. })).then_some(event)
+    }));
+    board.greet().unwrap();
+    let start = Instant::now();
+    let mut answered = 0;
+    let driven = drive(&mut board, &inputs(), |_| (), || answered += 1);
+    let Err(error @ LinkError::NoAnswer { input: 2 }) = driven else {
+        panic!("{driven:?}");
+    };
+    assert_eq!(error.to_string(), "input 2 was not answered within 2 s");
+    assert_eq!(answered, 2);
+    let waited = start.elapsed();
+    assert!(waited >= Duration::from_millis(1900), "{waited:?}");
+    assert!(waited < Duration::from_secs(4), "{waited:?}");
+}
+
+#[test]
+fn an_input_that_the_board_refuses_ends_the_run_and_is_named() {
+    let mut inputs = inputs();
+    inputs.insert(
+        9,
+        Input::Odometry {
+            stamp_us: 0,
+            pose: Pose::default(),
+        },
+    );
+    let mut board = Board::in_memory(|_| true);
+    board.greet().unwrap();
+    let driven = drive(&mut board, &inputs, |_| (), || ());
+    let Err(LinkError::Refused { input, fault }) = driven else {
+        panic!("{driven:?}");
+    };
+    assert_eq!((input, fault), (9, Fault::StampBackward));
+}
+
+#[test]
+fn f69_another_version_is_refused_with_both_numbers() {
+    let mut board = Board::in_memory(line(|mut event| {
+        if let Event::Boot(boot) = &mut event {
+            boot.wire_version = 77;
+        }
+        Some(event)
+    }));
+    let error = board.greet().unwrap_err();
+    assert!(matches!(error, LinkError::Version { board: 77 }));
+    let shown = error.to_string();
+    assert!(shown.contains("version 77"), "{shown}");
+    assert!(shown.contains(&format!("host {WIRE_VERSION}")), "{shown}");
+}
+
+#[test]
+fn greetings_and_status_do_not_disturb_a_comparison() {
+    // A second greeting amid the run is answered and changes no digest.
+    let mut inputs = inputs();
+    inputs.insert(20, Input::Hello);
+    let verdict = verdict_of(&inputs, |_| true);
+    assert!(verdict.equal, "{verdict}");
+}
+
+fn boot() -> Boot {
+    Boot {
+        wire_version: WIRE_VERSION,
+        build_id: BUILD_ID,
+        capacity: 800,
+        window: WINDOW,
+        baud: 0,
+        clock: ClockSource::Host,
+        core_hz: 0,
+    }
+}
+
+/// What a terminal that hears `bytes` says, and how many frames it found broken.
+fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Event>, u32) {
+    let mut particles = Box::new(ParticleSet::<800>::new());
+    let mut terminal = Terminal::new(Node::new(&mut particles), boot(), 3);
+    let mut said = Vec::new();
+    for byte in bytes {
+        terminal.receive(byte, &mut |frame, _| said.extend_from_slice(frame));
+    }
+    let broken = terminal.broken_frames();
+    let events = decode_all(&said)
+        .into_iter()
+        .map(|received| match received {
+            Received::Frame {
+                frame:
+                    Frame {
+                        message: Message::Event(event),
+                        ..
+                    },
+                lost: 0,
+            } => event,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    (events, broken)
+}
+
+fn frames(inputs: &[Input]) -> Vec<Vec<u8>> {
+    let mut encoder = Encoder::new(0xa5);
+    inputs
+        .iter()
+        .map(|input| encoder.encode(Outgoing::Input(input)).to_vec())
+        .collect()
+}
+
+/// Numbers of the answered inputs that were taken.
+fn taken(events: &[Event]) -> Vec<u16> {
+    events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Answer {
+                input,
+                refused: None,
+            } => Some(*input),
+            _ => None,
+        })
+        .collect()
+}
+
+fn digests(events: &[Event]) -> Vec<u32> {
+    events
+        .iter()
+        .filter_map(|event| match event {
+            Event::StepDone(done) => Some(done.digest),
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn f66_garbage_between_inputs_costs_none_of_them() {
+    let good = frames(&inputs());
+    let (clean, broken) = heard(good.concat());
+    assert_eq!(taken(&clean).len(), good.len());
+    assert_eq!(digests(&clean).len(), STEPS);
+    assert_eq!(broken, 0);
+    for seed in 1..=3 {
+        let mut random = Generator::seeded(seed);
+        let mut noisy = Vec::new();
+        for frame in &good {
+            let length = uniform_below(&mut random, 700);
+            noisy.extend((0..length).map(|_| random.bits() as u8));
+            noisy.push(0);
+            noisy.extend(frame);
+        }
+        let (events, broken) = heard(noisy);
+        assert_eq!(events, clean, "seed {seed}");
+        assert!(broken > 0, "seed {seed}");
+    }
+}
+
+#[test]
+fn f66_garbage_that_runs_into_an_input_costs_that_input_alone() {
+    let good = frames(&inputs());
+    let (clean, _) = heard(good.concat());
+    // An odometry without which its neighbours say the same: the way is straight.
+    let hit = 3;
+    let mut noisy = good.clone();
+    noisy[hit].insert(0, 0x55);
+    let (events, broken) = heard(noisy.concat());
+    let expected: Vec<u16> = (0..good.len() as u16)
+        .filter(|number| usize::from(*number) != hit)
+        .collect();
+    assert_eq!(taken(&events), expected);
+    assert_eq!(digests(&events).len(), digests(&clean).len());
+    assert_eq!(broken, 1);
+}
+
+#[test]
+fn f66_hostile_frames_are_refused_and_change_nothing() {
+    let good = frames(&inputs());
+    let (clean, _) = heard(good.concat());
+    let bad_config = Config {
+        particles_per_sensor: 0,
+        ..config()
+    };
+    let too_many = Config {
+        particles_per_sensor: u16::MAX,
+        ..config()
+    };
+    let hostile = [
+        Message::Input(Input::Configure(bad_config)),
+        Message::Input(Input::Configure(too_many)),
+        Message::Input(Input::Odometry {
+            stamp_us: u64::MAX,
+            pose: Pose::new(f32::NAN, f32::INFINITY, 0.0),
+        }),
+        Message::Input(Input::Proximity {
+            stamp_us: u64::MAX,
+            samples: [Sample::Counts(i32::MIN); 8],
+        }),
+        Message::Event(Event::Boot(boot())),
+        Message::Event(Event::Configured(bad_config)),
+        Message::Truth(Truth::Seed(1)),
+    ];
+    let expected = [
+        Fault::BadParameter,
+        Fault::TooManyParticles,
+        Fault::NotFinite,
+        Fault::StalePose,
+        Fault::NotAnInput,
+        Fault::NotAnInput,
+        Fault::NotAnInput,
+    ];
+    let mut stranger = Encoder::new(0x77);
+    let bytes: Vec<u8> = good
+        .iter()
+        .flat_map(|frame| {
+            let strange = hostile.iter().flat_map(|m| stranger.encode(m).to_vec());
+            [frame.clone(), strange.collect()].concat()
+        })
+        .collect();
+    let (events, broken) = heard(bytes);
+    assert_eq!(broken, 0);
+    let (refused, rest): (Vec<Event>, Vec<Event>) = events.into_iter().partition(|event| {
+        matches!(
+            event,
+            Event::Answer {
+                refused: Some(_),
+                ..
+            }
+        )
+    });
+    assert_eq!(rest, clean);
+    assert_eq!(refused.len(), good.len() * hostile.len());
+    // Once there is odometry, which the first two frames do not bring.
+    for (number, event) in refused.iter().enumerate().skip(2 * hostile.len()) {
+        let Event::Answer { refused, .. } = event else {
+            panic!("{event:?}");
+        };
+        assert_eq!(*refused, Some(expected[number % hostile.len()]), "{number}");
+    }
+}
+
+#[test]
+fn f66_a_hundred_thousand_random_bytes_are_never_an_input() {
+    let mut random = Generator::seeded(66);
+    let (events, broken) = heard((0..100_000).map(|_| random.bits() as u8));
+    assert!(events.is_empty(), "{events:?}");
+    assert!(broken > 300, "{broken}");
+}
