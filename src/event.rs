@@ -286,9 +286,9 @@ pub struct BoardStatus {
     pub step_cycles_max: u32,
     /// Own ticks that found the step before still running.
     pub overruns: u32,
-    /// Particle frames dropped because the link was too slow.
+    /// Frames dropped because the link was too slow, particle frames first.
     pub dropped_frames: u32,
-    /// Input frames that arrived broken.
+    /// Input frames that arrived broken, out of order or not at all.
     pub broken_frames: u32,
     /// Received bytes lost for want of room or to line errors.
     pub lost_bytes: u32,

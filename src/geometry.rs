@@ -68,14 +68,15 @@ impl core::ops::Sub for Point {
     }
 }
 
-/// An angle in radians that is always in (-pi, pi].
+/// An angle in radians that is always in (-pi, pi], or NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(from = "f32", into = "f32")]
 pub struct Angle(f32);
 
 impl Angle {
-    /// Wraps any finite number of radians; NaN and infinities become 0.
+    /// Wraps any finite number of radians; NaN and infinities become NaN, so that
+    /// [`Pose::is_finite`] can tell.
     #[must_use]
     pub fn from_radians(radians: f32) -> Self {
         Self(math::wrap_angle(radians))
@@ -153,7 +154,7 @@ impl Pose {
     /// Whether every coordinate is a finite number.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        self.position.x.is_finite() && self.position.y.is_finite()
+        self.position.x.is_finite() && self.position.y.is_finite() && self.heading.0.is_finite()
     }
 
     /// The motion that takes this pose to `later`, in this pose's body frame.
@@ -245,7 +246,7 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::f32::consts::{FRAC_PI_2, PI};
+    use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
     fn close(a: Point, b: Point) {
         let error = (a - b).norm();
@@ -265,6 +266,16 @@ mod tests {
     fn angles_wrap_at_half_a_turn() {
         assert!((Angle::from_radians(PI + 0.1).radians() - (0.1 - PI)).abs() < 1e-6);
         assert!((Angle::from_radians(-PI - 0.1).radians() - (PI - 0.1)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_pose_with_any_bad_number_is_not_finite() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(!Pose::new(bad, 0.0, 0.0).is_finite(), "{bad}");
+            assert!(!Pose::new(0.0, bad, 0.0).is_finite(), "{bad}");
+            assert!(!Pose::new(0.0, 0.0, bad).is_finite(), "{bad}");
+        }
+        assert!(Pose::new(1e6, -3.0, 1e4).is_finite());
     }
 
     #[test]
@@ -290,7 +301,7 @@ mod tests {
         let eighth = quarter.fraction(0.5);
         close(
             eighth.displacement,
-            Point::new(0.707_106_8, 1.0 - 0.707_106_8),
+            Point::new(FRAC_1_SQRT_2, 1.0 - FRAC_1_SQRT_2),
         );
         assert!((quarter.travel() - FRAC_PI_2).abs() < 1e-6);
         assert!((eighth.travel() - 0.5 * FRAC_PI_2).abs() < 1e-6);

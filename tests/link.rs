@@ -394,6 +394,21 @@ fn f69_another_version_is_refused_with_both_numbers() {
 }
 
 #[test]
+fn f6a_a_board_that_starts_anew_in_the_middle_ends_the_run() {
+    let mut frames = 0;
+    let mut board = Board::in_memory(move |bytes| {
+        let mut frame = read(bytes);
+        frames += 1;
+        frame.boot_id += u8::from(frames > 60);
+        *bytes = write(&frame);
+        true
+    });
+    board.greet().unwrap();
+    let error = drive(&mut board, &inputs(), |_| (), || ()).unwrap_err();
+    assert!(matches!(error, LinkError::Restarted { .. }), "{error}");
+}
+
+#[test]
 fn greetings_and_status_do_not_disturb_a_comparison() {
     // A second greeting amid the run is answered and changes no digest.
     let mut inputs = inputs();

@@ -2,6 +2,8 @@
 //!
 //! Names that begin with f80 to f86 are entries of the fault catalogue: log files.
 
+mod common;
+
 use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -730,8 +732,7 @@ fn f86_file_without_permission_is_named() {
     fs::write(&path, text_of(3)).unwrap();
     fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap();
     if fs::File::open(&path).is_ok() {
-        println!("skipped: this user may read everything");
-        return;
+        return common::say_skipped("this user may read everything");
     }
     let error = read(&path).unwrap_err();
     assert!(matches!(error.problem(), Problem::Unreadable(_)), "{error}");
@@ -773,15 +774,13 @@ fn f86_named_pipe_is_read_to_its_end() {
 
 #[test]
 fn real_drives_are_read_and_their_cut_last_lines_refused() {
-    let data = std::env::var("IPF_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let data = Path::new(&data).join("amiro");
+    let Some(data) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let data = data.join("amiro");
     // Rows without the cut last line, and how many of them repeat the row before.
     let drives = [("Left", 126, 0), ("Gang", 141, 3), ("Right_Right", 150, 3)];
     let path = |name: &str| data.join(format!("RingProximityAndOdometry_{name}.txt"));
-    if !drives.iter().all(|(name, ..)| path(name).exists()) {
-        println!("skipped: no recordings");
-        return;
-    }
     for (name, rows, repeated) in drives {
         let recording = read(&path(name)).unwrap();
         assert_eq!(recording.inputs.len(), 2 * (rows - repeated), "{name}");

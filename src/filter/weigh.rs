@@ -185,7 +185,7 @@ mod tests {
         let model = model(FilterParameters::PAPER);
         let scan = scan(&model, only(3, TENTH));
         let echo = model.photometry.echo(78.0).unwrap();
-        let sigma = (echo.sigma_m * echo.sigma_m + 0.008_f32 * 0.008).sqrt();
+        let sigma = math::sqrt(echo.sigma_m * echo.sigma_m + 0.008 * 0.008);
         for (offset, expected) in [
             (0.0, 1.0),
             (1.0, 0.606_53),

@@ -40,6 +40,13 @@ pub enum LinkError {
         /// Which input, from 0.
         input: usize,
     },
+    /// It said nothing within the deadline.
+    Silent,
+    /// It started anew in the middle of a run: what it knew is gone.
+    Restarted {
+        /// The first input without an answer, from 0.
+        input: usize,
+    },
     /// It refused an input that the host's own node takes.
     Refused {
         /// Which input, from 0.
@@ -69,6 +76,10 @@ impl fmt::Display for LinkError {
                 "input {input} was not answered within {} s",
                 ANSWER_DEADLINE.as_secs()
             ),
+            Self::Silent => f.write_str("the board fell silent"),
+            Self::Restarted { input } => {
+                write!(f, "the board started anew before it answered input {input}")
+            }
             Self::Refused { input, fault } => write!(f, "input {input} was refused: {fault}"),
         }
     }
@@ -85,6 +96,7 @@ pub struct Board {
     decoder: Decoder,
     encoder: Encoder,
     boot: Option<Boot>,
+    boot_id: Option<u8>,
     losses: Losses,
     lost_frames: u64,
     raw: Vec<u8>,
@@ -110,6 +122,7 @@ impl Board {
             decoder: Decoder::new(),
             encoder: Encoder::new(HOST_BOOT_ID),
             boot: None,
+            boot_id: None,
             losses: Losses::new(),
             lost_frames: 0,
             raw: Vec::new(),
@@ -138,6 +151,7 @@ impl Board {
                 match frame.message {
                     Message::Event(Event::Boot(boot)) => {
                         self.boot = Some(boot);
+                        self.boot_id = Some(frame.boot_id);
                         if boot.wire_version != WIRE_VERSION {
                             return Err(LinkError::Version {
                                 board: boot.wire_version,
@@ -167,6 +181,12 @@ impl Board {
         self.boot.as_ref()
     }
 
+    /// The boot that the board was greeted in; another one later is a restart.
+    #[must_use]
+    pub fn boot_id(&self) -> Option<u8> {
+        self.boot_id
+    }
+
     /// Frames of the board that never arrived whole, since the greeting.
     #[must_use]
     pub fn lost_frames(&self) -> u64 {
@@ -176,6 +196,29 @@ impl Board {
     /// Takes the bytes that were received since the greeting or the last call.
     pub fn take_raw(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.raw)
+    }
+
+    /// The board's next event.
+    ///
+    /// # Errors
+    /// [`LinkError::Silent`] when none comes within the deadline; a broken link.
+    pub fn next_event(&mut self) -> Result<Event, LinkError> {
+        let deadline = Instant::now() + ANSWER_DEADLINE;
+        while let Some(frame) = self.receive_frame(deadline)? {
+            if let Message::Event(event) = frame.message {
+                return Ok(event);
+            }
+        }
+        Err(LinkError::Silent)
+    }
+
+    /// Sends bytes as they are: what a disturbed line might deliver.
+    ///
+    /// # Errors
+    /// [`LinkError::Write`].
+    pub fn send_raw(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        self.outgoing.write_all(bytes).map_err(LinkError::Write)?;
+        self.outgoing.flush().map_err(LinkError::Write)
     }
 
     /// Sends an input; the sequence number of its frame.

@@ -1,7 +1,7 @@
 //! Lock-step: inputs go out only as fast as their answers come back.
 
 use std::collections::VecDeque;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
@@ -9,6 +9,9 @@ use amiro_ipf::wire::Message;
 
 use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
+
+/// How long the events of one input may keep coming: a whole step at 9600 baud.
+const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 
 /// Feeds inputs to a board and hands its events on, in order, until all are answered.
 ///
@@ -19,7 +22,7 @@ use super::{Board, LinkError};
 ///
 /// # Errors
 /// [`LinkError::NoAnswer`] when the board says nothing about an input for two
-/// seconds; [`LinkError::Refused`]; a broken link.
+/// seconds; [`LinkError::Restarted`]; [`LinkError::Refused`]; a broken link.
 pub fn drive(
     board: &mut Board,
     inputs: &[Input],
@@ -32,6 +35,7 @@ pub fn drive(
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
     let mut rest = inputs.iter().enumerate();
     let mut deadline = Instant::now() + ANSWER_DEADLINE;
+    let mut last_deadline = Instant::now() + INPUT_DEADLINE;
     loop {
         while waiting.len() < window {
             let Some((index, input)) = rest.next() else {
@@ -45,11 +49,18 @@ pub fn drive(
         let Some(frame) = board.receive_frame(deadline)? else {
             return Err(LinkError::NoAnswer { input: first });
         };
+        if board
+            .boot_id()
+            .is_some_and(|greeted| greeted != frame.boot_id)
+        {
+            return Err(LinkError::Restarted { input: first });
+        }
         let Message::Event(event) = frame.message else {
             continue;
         };
         if !matches!(event, Event::Status(_)) {
-            deadline = Instant::now() + ANSWER_DEADLINE;
+            // The events of a long step on a slow line are progress too.
+            deadline = (Instant::now() + ANSWER_DEADLINE).min(last_deadline);
         }
         let Event::Answer { input, refused } = event else {
             on_event(&event);
@@ -67,6 +78,8 @@ pub fn drive(
                 fault,
             });
         }
+        last_deadline = Instant::now() + INPUT_DEADLINE;
+        deadline = Instant::now() + ANSWER_DEADLINE;
         on_answer();
     }
 }

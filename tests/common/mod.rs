@@ -1,0 +1,41 @@
+//! What several test programs share.
+
+#![allow(
+    dead_code,
+    clippy::allow_attributes,
+    reason = "not every test program uses all of it"
+)]
+
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Says in one line, past the test runner's capture, why a test did not run.
+///
+/// With `IPF_NO_SKIP` set, as in the check script, a skipped test fails instead.
+pub(crate) fn skip(reason: &str) {
+    assert!(
+        std::env::var_os("IPF_NO_SKIP").is_none(),
+        "a test was skipped that must run here: {reason}"
+    );
+    say_skipped(reason);
+}
+
+/// The line alone: for what depends on the user, not on the machine.
+pub(crate) fn say_skipped(reason: &str) {
+    // Nothing depends on the line being seen.
+    let _ = writeln!(std::io::stderr(), "skipped: {reason}");
+}
+
+/// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.
+#[allow(
+    dead_code,
+    clippy::allow_attributes,
+    reason = "not every test program reads recordings"
+)]
+pub(crate) fn recordings() -> Option<PathBuf> {
+    let folder = std::env::var_os("IPF_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
+        PathBuf::from,
+    );
+    folder.join("amiro").is_dir().then_some(folder)
+}

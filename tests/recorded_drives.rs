@@ -1,0 +1,85 @@
+//! Three drives of the real AMiRo along walls, through the filter to the map.
+//!
+//! The drives are not part of the project; without them these tests say so and pass.
+
+mod common;
+
+use std::path::Path;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
+use amiro_ipf::sensor::SensorMask;
+use sim_harness::evaluation::WallReport;
+use sim_harness::{Survey, log, run};
+
+/// The sensors that see the guide robot ahead.
+const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
+
+fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
+    let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
+    let recording = log::read(&file).unwrap();
+    let mut config = Config {
+        sensors: GUIDE.complement(),
+        ..Config::amiro(profile)
+    };
+    config.photometry.x_max_m = 0.17;
+    let mut survey = Survey::new(0.010);
+    let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
+    assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
+    survey
+}
+
+/// What `plus` finds beside the first leg of each drive: the walls, and nothing else.
+#[test]
+fn walls_of_the_recorded_drives_are_found_where_they_stand() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    for (drive, left, right) in [
+        ("Left", true, false),
+        ("Gang", true, true),
+        ("Right_Right", false, true),
+    ] {
+        let survey = survey(&folder, drive, Profile::Plus);
+        let legs = WallReport::by_leg(&survey.map(), &survey.path());
+        let leg = legs.first().unwrap();
+        for (side, is_wall) in [(leg.left, left), (leg.right, right)] {
+            assert_eq!(side.claimed, is_wall, "{drive}: {leg}");
+            if is_wall {
+                assert!(side.covered_m > 0.295, "{drive}: {leg}");
+                assert!(side.share.unwrap() >= 0.85, "{drive}: {leg}");
+            } else {
+                assert_eq!(side.occupied, 0, "{drive}: {leg}");
+            }
+        }
+    }
+}
+
+#[test]
+fn steps_of_the_recorded_drives_are_ten_millimetres_long() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    for drive in ["Left", "Gang", "Right_Right"] {
+        let mean = survey(&folder, drive, Profile::Paper)
+            .figures()
+            .mean_step_m
+            .unwrap();
+        // Rows are 5 to 10 mm apart; the remainder of each step is carried over.
+        assert!((0.0095..0.0105).contains(&mean), "{drive}: {mean} m");
+    }
+}
+
+#[test]
+fn a_drive_gives_the_same_digest_twice_and_another_for_another_seed() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let digest = || {
+        survey(&folder, "Left", Profile::Paper)
+            .figures()
+            .last_digest
+    };
+    assert!(digest().is_some());
+    assert_eq!(digest(), digest());
+}
