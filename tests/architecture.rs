@@ -1,0 +1,122 @@
+//! What may know what: rules that no compiler checks.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Every Rust file below a folder or the file itself, with its text up to its tests.
+fn sources(place: &str) -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(place);
+    let mut rest = vec![root];
+    let mut sources = Vec::new();
+    while let Some(path) = rest.pop() {
+        if path.is_dir() {
+            rest.extend(
+                fs::read_dir(&path)
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path()),
+            );
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            sources.push((path, code.to_owned()));
+        }
+    }
+    assert!(!sources.is_empty(), "nothing is at {place}");
+    sources
+}
+
+/// The code lines of a text, without comments.
+fn code_lines(text: &str) -> impl Iterator<Item = &str> {
+    text.lines()
+        .filter(|line| !line.trim_start().starts_with("//"))
+}
+
+fn assert_never_names(place: &str, words: &[&str]) {
+    for (path, text) in sources(place) {
+        for line in code_lines(&text) {
+            for word in words {
+                assert!(
+                    !line.contains(word),
+                    "{} names {word}: {line}",
+                    path.display()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn filter_knows_no_wire_no_events_no_time() {
+    let words = [
+        "crate::wire",
+        "crate::event",
+        "crate::input",
+        "crate::node",
+        "stamp_us",
+    ];
+    assert_never_names("src/filter", &words);
+}
+
+#[test]
+fn models_know_no_filter() {
+    for place in [
+        "src/sensor",
+        "src/kinematics.rs",
+        "src/geometry.rs",
+        "src/math.rs",
+    ] {
+        assert_never_names(place, &["crate::filter", "crate::node", "crate::wire"]);
+    }
+}
+
+#[test]
+fn core_knows_no_board() {
+    for (path, text) in sources("src") {
+        if path.to_string_lossy().contains("/bin/") {
+            continue;
+        }
+        for word in ["cortex_m", "stm32", "rtic::", "std::time", "Instant"] {
+            let named = code_lines(&text).any(|line| line.contains(word));
+            assert!(!named, "{} names {word}", path.display());
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_stays_behind_two_doors() {
+    let allowed = ["src/math.rs", "src/bin/firmware/board.rs"];
+    for (path, text) in sources("src") {
+        let inside = allowed.iter().any(|door| path.ends_with(door));
+        let found =
+            code_lines(&text).any(|line| line.contains("unsafe ") || line.contains("unsafe("));
+        assert!(inside || !found, "{} has unsafe code", path.display());
+    }
+    assert_never_names("sim-harness/src", &["unsafe "]);
+}
+
+#[test]
+fn core_has_no_double_precision_and_no_heap() {
+    for (path, text) in sources("src") {
+        if path.to_string_lossy().contains("/bin/") {
+            continue;
+        }
+        for word in ["f64", "Box", "alloc::", "Rc<", "Arc<"] {
+            let named = code_lines(&text).any(|line| line.contains(word));
+            assert!(!named, "{} names {word}", path.display());
+        }
+    }
+}
+
+#[test]
+fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
+    let allowed = ["board.rs", "link.rs"];
+    for (path, text) in sources("src/bin/firmware") {
+        if allowed.iter().any(|file| path.ends_with(file)) {
+            continue;
+        }
+        for word in ["GPIO", ".modify(", "pa2", "pb12"] {
+            let named = code_lines(&text).any(|line| line.contains(word));
+            assert!(!named, "{} names {word}", path.display());
+        }
+    }
+}
