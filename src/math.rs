@@ -77,6 +77,13 @@ pub fn round_to_i32(x: f32) -> i32 {
     }
 }
 
+/// Nearest integer to x in [0, 2^32), halves upward; 0 below and for NaN.
+#[must_use]
+#[inline]
+pub fn round_to_u32(x: f32) -> u32 {
+    (x + 0.5) as u32
+}
+
 /// Sine and cosine of an angle in radians.
 ///
 /// Absolute error below 3e-7 for |x| <= 10, growing with the argument to 1e-5 at
@@ -126,19 +133,17 @@ fn in_quadrant(y: f32, quadrant: u32) -> (f32, f32) {
     }
 }
 
-/// `e^-x` for x >= 0; exactly 0 from x = 24 on (4e-11), 1 for negative arguments.
+/// `e^-x` for x >= 0; exactly 0 from x = 24 on (4e-11).
 ///
-/// Relative error below 5e-7. NaN gives 1, which no caller can produce.
+/// Relative error below 5e-7. Arguments below 0 are the caller's mistake: down to
+/// -0.3 they are served as well, beyond that the result is nonsense, though no panic.
 #[must_use]
 #[inline]
 pub fn exp_of_minus(x: f32) -> f32 {
     if x >= 24.0 {
         return 0.0;
     }
-    if x <= 0.0 || x.is_nan() {
-        return 1.0;
-    }
-    let halvings = round_to_i32(x * LOG2_E);
+    let halvings = (x * LOG2_E + 0.5) as i32;
     // ln 2 in two parts; the first has trailing zeros, so the product is exact.
     const LN_2_HIGH: f32 = 0.693_145_75;
     const LN_2_LOW: f32 = 1.428_606_8e-6;
@@ -148,7 +153,7 @@ pub fn exp_of_minus(x: f32) -> f32 {
             + y * (0.5
                 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (1.0 / 720.0))))));
     // 0 <= halvings <= 35: the exponent stays in its field.
-    series * f32::from_bits(((127 - halvings) as u32) << 23)
+    series * f32::from_bits((127_u32.wrapping_sub(halvings as u32)) << 23)
 }
 
 /// Natural logarithm of a number in (0, 1].
@@ -278,7 +283,10 @@ mod tests {
         }
         assert_eq!(exp_of_minus(24.0).to_bits(), 0);
         assert_eq!(exp_of_minus(f32::INFINITY).to_bits(), 0);
-        assert_eq!(exp_of_minus(-1.0).to_bits(), 1.0_f32.to_bits());
+        assert_eq!(exp_of_minus(0.0).to_bits(), 1.0_f32.to_bits());
+        for x in [-0.3, -1e9, f32::NEG_INFINITY, f32::NAN] {
+            let _ = exp_of_minus(x);
+        }
     }
 
     #[test]

@@ -103,11 +103,12 @@ fn unpack(x: i16, y: i16) -> Point {
     )
 }
 
-/// Nearest unit; beyond +-512 mm the last one.
+/// Nearest unit, halves upward; beyond +-512 mm the last one.
 #[inline]
 fn pack(metres: f32) -> i16 {
-    math::round_to_i32(metres * UNITS_PER_METRE).clamp(i32::from(i16::MIN), i32::from(i16::MAX))
-        as i16
+    const ZERO: u16 = 1 << 15;
+    let shifted = math::round_to_u32(metres * UNITS_PER_METRE + f32::from(ZERO));
+    (shifted.min(u32::from(u16::MAX)) as u16).wrapping_sub(ZERO) as i16
 }
 
 /// One particle's place in the set; dead until something is drawn into it.

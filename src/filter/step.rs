@@ -90,16 +90,10 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         mut report: impl FnMut((i16, i16), Outcome),
     ) -> Tally {
         let scan = Scan::new(model, readings);
-        let departed = self.propagate(model, motion);
-        let (live, weight_sum) = self.weigh(model, &scan);
+        let mut tally = self.propagate_and_weigh(model, motion, &scan);
         let parameters = &model.parameters;
+        let (live, weight_sum) = (tally.live, tally.weight_sum);
         let mut survival = Survival::new(parameters.survival, weight_sum, live, &mut self.rng);
-        let mut tally = Tally {
-            live,
-            departed,
-            weight_sum,
-            ..Tally::default()
-        };
         for mut slot in self.particles.slots(self.active) {
             if slot.is_live() {
                 let survives = survival.survives(slot.weight(), &mut self.rng);
@@ -122,10 +116,12 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         tally
     }
 
-    /// Line 2: k ~ p(k | k', u), the exact inverse motion plus the wheels' noise.
+    /// Lines 1 to 4: k ~ p(k | k', u), the exact inverse motion plus the wheels' noise,
+    /// and w = p(z | k) at the new place.
     ///
-    /// Kills what leaves the local radius and returns how many that were.
-    fn propagate(&mut self, model: &Model, motion: &Motion) -> u32 {
+    /// Kills what leaves the local radius. Returns how many departed, how many live,
+    /// and the sum of their weights, which stays below 2^32 up to 65 537 particles.
+    fn propagate_and_weigh(&mut self, model: &Model, motion: &Motion, scan: &Scan) -> Tally {
         let inverse = InverseMotion::of(motion);
         let travel = model.drive.travel_of_motion(motion);
         let share = model.parameters.wheel_noise;
@@ -135,7 +131,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         };
         let noise = TravelNoise::new(&model.drive, sigma);
         let radius = model.parameters.local_radius_m;
-        let mut departed = 0;
+        let mut tally = Tally::default();
         for mut slot in self.particles.slots(self.active) {
             if !slot.is_live() {
                 continue;
@@ -144,31 +140,16 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
             let place = noise.displace(moved, standard_normal_pair(&mut self.rng));
             if place.norm_squared() > radius * radius {
                 slot.kill();
-                departed += 1;
-            } else {
-                slot.place(place);
-            }
-        }
-        departed
-    }
-
-    /// Line 3: w = p(z | k); the number of live particles and the sum of their weights.
-    ///
-    /// The sum stays below 2^32 up to 65 537 particles, more than 16-bit storage of
-    /// a capacity allows anywhere in this project.
-    fn weigh(&mut self, model: &Model, scan: &Scan) -> (u32, u32) {
-        let mut live = 0;
-        let mut sum = 0_u32;
-        for mut slot in self.particles.slots(self.active) {
-            if !slot.is_live() {
+                tally.departed += 1;
                 continue;
             }
-            let view = scan.weigh(model, slot.position());
+            slot.place(place);
+            let view = scan.weigh(model, place);
             slot.set_weight(view.packed_weight(), view.flags());
-            live += 1;
-            sum = sum.saturating_add(u32::from(slot.weight()));
+            tally.live += 1;
+            tally.weight_sum = tally.weight_sum.saturating_add(u32::from(slot.weight()));
         }
-        (live, sum)
+        tally
     }
 }
 

@@ -29,7 +29,7 @@ impl View {
     /// The weight in 16 bits, 65535 for 1.
     #[inline]
     pub(crate) fn packed_weight(&self) -> u16 {
-        math::round_to_i32(self.weight * 65_535.0).clamp(0, 65_535) as u16
+        math::round_to_u32(self.weight * 65_535.0).min(65_535) as u16
     }
 
     #[inline]

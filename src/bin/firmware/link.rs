@@ -5,12 +5,11 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use amiro_ipf::wire::{Importance, MAX_FRAME, Terminal};
+use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART2};
 
-use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
-use crate::clock::Beats;
+use crate::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
 /// Received bytes lost for want of room or to line errors.
 static LOST: AtomicU32 = AtomicU32::new(0);
@@ -146,30 +145,9 @@ impl Inbox {
         LOST.load(Ordering::Relaxed)
     }
 
-    /// Hands bytes to the terminal up to the end of a frame; whether there may be more.
-    ///
-    /// Waits, by doing nothing, until all events of an input have room in the queue:
-    /// an injected run loses nothing. `think` is woken when that is so.
-    pub(crate) fn attend(
-        &mut self,
-        terminal: &mut Terminal<'static, CAPACITY>,
-        outbox: &mut Outbox,
-        beats: &mut Beats,
-    ) -> bool {
-        if outbox.room() < INPUT_ROOM {
-            return false;
-        }
-        while let Some(byte) = self.receiving.dequeue() {
-            let handled = beats.time(terminal, |terminal| {
-                terminal.receive(byte, &mut |frame, importance| {
-                    outbox.send(frame, importance)
-                })
-            });
-            if handled {
-                return true;
-            }
-        }
-        false
+    /// The next byte that came, if any.
+    pub(crate) fn next(&mut self) -> Option<u8> {
+        self.receiving.dequeue()
     }
 }
 

@@ -3,7 +3,7 @@
 //! | task | priority | released by | does | deadline when missed |
 //! |---|---|---|---|---|
 //! | `bytes` | 3 | USART2 | moves bytes between line and queues | 5 us a byte at 2 Mbaud: the byte is lost and counted |
-//! | `beat` | 2 | monotonic, 8 Hz | LED, status, own ticks | the next beat keeps its time |
+//! | `beat` | 2 | monotonic, 8 Hz | LED, calls for a status and the own tick | the next beat keeps its time |
 //! | `think` | 1 | received bytes, beats | the portable program, steps included | a beat later: counted as overrun |
 //!
 //! Interrupts move bytes; `think` thinks. One step runs at a time and is never
@@ -23,6 +23,8 @@ mod clock;
 mod link;
 #[cfg(target_os = "none")]
 mod panic;
+#[cfg(target_os = "none")]
+mod program;
 
 #[cfg(not(target_os = "none"))]
 mod host;
@@ -36,15 +38,14 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC])]
 mod app {
     use amiro_ipf::filter::ParticleSet;
-    use amiro_ipf::node::Node;
-    use amiro_ipf::wire::Terminal;
     use rtic_monotonics::systick::prelude::*;
     use stm32f4xx_hal::pac::Interrupt;
 
     use crate::board::{Board, Led};
     use crate::budget::CAPACITY;
-    use crate::clock::{Beats, Mono};
-    use crate::link::{Inbox, Line, Outbox, Queues};
+    use crate::clock::{BEATS, Mono};
+    use crate::link::{Line, Queues};
+    use crate::program::Program;
 
     #[shared]
     struct Shared {}
@@ -52,32 +53,21 @@ mod app {
     #[local]
     struct Local {
         line: Line,
-        inbox: Inbox,
-        outbox: Outbox,
-        terminal: Terminal<'static, CAPACITY>,
-        beats: Beats,
+        program: Program,
         led: Led,
     }
 
     #[init(local = [particles: ParticleSet<CAPACITY> = ParticleSet::new(), queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let board = Board::start(cx.device, cx.core.SYST);
-        let (line, inbox, mut outbox) = cx.local.queues.split(board.usart);
-        let node = Node::new(cx.local.particles);
-        let mut terminal = Terminal::new(node, board.boot, board.boot_id);
-        terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
+        let (line, inbox, outbox) = cx.local.queues.split(board.usart);
+        let program = Program::start(cx.local.particles, board.boot, board.boot_id, inbox, outbox);
         defmt::info!("up: {}", board.boot);
+        // The first spawn of a task cannot fail.
         beat::spawn().ok();
         rtic::pend(Interrupt::USART2);
-        let local = Local {
-            line,
-            inbox,
-            outbox,
-            terminal,
-            beats: Beats::new(board.boot.core_hz),
-            led: board.led,
-        };
-        (Shared {}, local)
+        let led = board.led;
+        (Shared {}, Local { line, program, led })
     }
 
     /// Sleeps until the next interrupt.
@@ -96,13 +86,13 @@ mod app {
         }
     }
 
-    /// Shows life and says how things are, eight times a second.
+    /// Shows life and calls for a status, eight times a second.
     #[task(priority = 2, local = [led])]
     async fn beat(cx: beat::Context) {
         let mut next = Mono::now();
         loop {
             cx.local.led.toggle();
-            crate::clock::BEATS.count();
+            BEATS.count();
             rtic::pend(Interrupt::TIM8_UP_TIM13);
             next += 125.millis();
             Mono::delay_until(next).await;
@@ -110,20 +100,8 @@ mod app {
     }
 
     /// The portable program: beats first, then inputs while their events have room.
-    #[task(binds = TIM8_UP_TIM13, priority = 1, local = [terminal, inbox, outbox, beats])]
+    #[task(binds = TIM8_UP_TIM13, priority = 1, local = [program])]
     fn think(cx: think::Context) {
-        let think::LocalResources {
-            terminal,
-            inbox,
-            outbox,
-            beats,
-            ..
-        } = cx.local;
-        loop {
-            beats.attend(terminal, inbox, outbox);
-            if !inbox.attend(terminal, outbox, beats) {
-                break;
-            }
-        }
+        cx.local.program.think();
     }
 }
