@@ -2,8 +2,10 @@
 
 mod bounded;
 mod drive;
+mod eye;
 mod leg;
 mod opening;
+mod optics;
 mod scenario;
 mod sensing;
 mod shape;
@@ -11,10 +13,11 @@ mod simulate;
 mod vector;
 
 pub use drive::{Drive, SAMPLE_PERIOD_US};
+pub use eye::{Eye, first_surface};
 pub use leg::{Leg, TURN_DEG_PER_S};
 pub use opening::{Opening, Rectangle};
 pub use scenario::{Scenario, ScenarioError};
-pub use sensing::{Eye, Sensing, first_surface};
+pub use sensing::Sensing;
 pub use shape::Shape;
 pub use simulate::{Simulation, simulate};
 pub use vector::{Turn, Vector};

@@ -9,63 +9,16 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
-use super::Shape;
-use super::vector::{Turn, Vector};
+use super::optics::{FULL, Optics};
+use super::vector::Vector;
+use super::{Eye, Shape};
 
-/// Rays a sensor: one a degree over +-60 degrees.
-const RAYS: u16 = 121;
 /// Surfaces beyond this range are not looked for, metres: they return a quarter of a
 /// count, a twentieth of the noise.
 const REACH_M: f64 = 2.0;
-/// The raw register's end.
-const FULL: f64 = 65_535.0;
 /// Raw counts that a sensor's stored offset takes off: the VCNL4020 shows 2000 to
 /// 3000 with nothing in range.
 const OFFSET: f64 = 2_516.0;
-
-/// One sensor's place and direction in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eye {
-    /// Index on the ring.
-    pub sensor: usize,
-    /// Where it is.
-    pub position: Vector,
-    /// Where its axis points.
-    pub axis: Turn,
-}
-
-impl Eye {
-    /// The sensors in use of a robot at the given pose.
-    pub fn of(ring: &Ring, used: SensorMask, pose: &Pose) -> impl Iterator<Item = Self> {
-        let (ring, body) = (*ring, Turn::by_radians(pose.heading.radians()));
-        let centre = Vector::from(pose.position);
-        used.iter().map(move |sensor| {
-            let mount = ring.mount(sensor);
-            let axis = Turn {
-                sine: f64::from(mount.direction.sine),
-                cosine: f64::from(mount.direction.cosine),
-            };
-            Self {
-                sensor,
-                position: centre + Vector::from(mount.position).turned(body),
-                axis: axis.after(body),
-            }
-        })
-    }
-}
-
-/// The first surface on a ray: its distance, and the shape it belongs to.
-#[must_use]
-pub fn first_surface<'s>(
-    shapes: impl IntoIterator<Item = &'s Shape>,
-    origin: Vector,
-    direction: Vector,
-) -> Option<(f64, &'s Shape)> {
-    let hits = shapes
-        .into_iter()
-        .filter_map(|shape| Some((shape.hit_m(origin, direction)?, shape)));
-    hits.min_by(|(a, _), (b, _)| a.total_cmp(b))
-}
 
 /// The sensors of one robot: their law, their rays, their noise.
 #[derive(Clone, Debug)]
@@ -73,8 +26,7 @@ pub struct Sensing {
     ring: Ring,
     used: SensorMask,
     photometry: Photometry,
-    /// Each ray's direction from the axis, and C(theta) there.
-    rays: Vec<(Turn, f64)>,
+    optics: Optics,
     noise: Generator,
 }
 
@@ -82,20 +34,11 @@ impl Sensing {
     /// Sensors with the given law and a noise of their own.
     #[must_use]
     pub fn new(ring: Ring, used: SensorMask, photometry: Photometry, noise: Generator) -> Self {
-        let half_way = f32::from(RAYS / 2);
-        let rays = (0..RAYS)
-            .filter_map(|ray| {
-                let share = (f32::from(ray) - half_way) / half_way;
-                let bearing = share * photometry.theta_max_rad;
-                let directivity = photometry.directivity(bearing)?;
-                Some((Turn::by_radians(bearing), f64::from(directivity)))
-            })
-            .collect();
         Self {
             ring,
             used,
             photometry,
-            rays,
+            optics: Optics::new(&photometry),
             noise,
         }
     }
@@ -113,7 +56,7 @@ impl Sensing {
         let noise = self.noise();
         let mut samples = [Sample::Missing; SENSORS];
         for eye in Eye::of(&self.ring, self.used, pose) {
-            let signal = self.signal(&near, &eye);
+            let signal = self.optics.signal(&near, &eye);
             if let (Some(sample), Some(noise)) =
                 (samples.get_mut(eye.sensor), noise.get(eye.sensor))
             {
@@ -121,24 +64,6 @@ impl Sensing {
             }
         }
         samples
-    }
-
-    /// Counts above beta that the strongest return gives; 0 for none.
-    fn signal(&self, shapes: &[Shape], eye: &Eye) -> f64 {
-        let alpha = f64::from(self.photometry.alpha_counts_m2);
-        let delta = f64::from(self.photometry.delta_m2);
-        let returns = self.rays.iter().filter_map(|(bearing, directivity)| {
-            let direction = bearing.after(eye.axis).direction();
-            let (distance, shape) = first_surface(shapes, eye.position, direction)?;
-            let denominator = distance * distance / directivity - delta;
-            // At contact the law ends and the register is full.
-            Some(if denominator > 0.0 {
-                alpha * shape.reflectivity() / denominator
-            } else {
-                FULL
-            })
-        });
-        returns.fold(0.0, f64::max)
     }
 
     fn noise(&mut self) -> [f64; SENSORS] {
@@ -269,17 +194,5 @@ mod tests {
                 "seed {seed}: {variance}"
             );
         }
-    }
-
-    #[test]
-    fn eyes_turn_with_the_robot() {
-        let pose = Pose::new(1.0, 2.0, core::f32::consts::FRAC_PI_2);
-        let eyes: Vec<_> = Eye::of(&Ring::AMIRO, SensorMask::ALL, &pose).collect();
-        assert_eq!(eyes.len(), SENSORS);
-        // Sensor 3 looks 22.5 degrees left of forward: here 112.5 degrees.
-        let direction = Turn::by_degrees(112.5).direction();
-        assert!((eyes[3].axis.direction() - direction).norm() < 1e-6);
-        let place = Vector::new(1.0, 2.0) + direction.scaled(0.05);
-        assert!((eyes[3].position - place).norm() < 1e-6);
     }
 }
