@@ -1,9 +1,4 @@
-//! The matched sensor: what a proximity sensor of the filter's own law reads in a world.
-//!
-//! The strongest return over 121 rays within 60 degrees of the axis, each with the
-//! first surface on it. Matched, because filter and world share equation 5: figures
-//! from it say how well the filter infers, not how well the law fits a real wall,
-//! which returns light from all over the lobe.
+//! What the proximity sensors of a robot read in a world: optics, noise, register.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
@@ -11,7 +6,7 @@ use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
 use super::vector::Vector;
-use super::{Eye, Shape};
+use super::{Eye, Physics, Shape};
 
 /// Surfaces beyond this range are not looked for, metres: they return a quarter of a
 /// count, a twentieth of the noise.
@@ -33,20 +28,32 @@ pub struct Sensing {
 impl Sensing {
     /// Sensors with the given law and a noise of their own.
     #[must_use]
-    pub fn new(ring: Ring, used: SensorMask, photometry: Photometry, noise: Generator) -> Self {
+    pub fn new(
+        ring: Ring,
+        used: SensorMask,
+        photometry: Photometry,
+        physics: Physics,
+        noise: Generator,
+    ) -> Self {
         Self {
             ring,
             used,
             photometry,
-            optics: Optics::new(&photometry),
+            optics: Optics::new(physics, &photometry),
             noise,
         }
     }
 
     /// One sample of each sensor from the given pose; unused ones are missing.
     ///
-    /// Every call draws the same number of random numbers, whatever is seen.
-    pub fn sample(&mut self, shapes: &[Shape], pose: &Pose) -> [Sample; SENSORS] {
+    /// `drift_counts` is how far every sensor's offset has moved from the stored one.
+    /// Each call draws the same number of random numbers, whatever is seen.
+    pub fn sample(
+        &mut self,
+        shapes: &[Shape],
+        pose: &Pose,
+        drift_counts: f64,
+    ) -> [Sample; SENSORS] {
         let centre = Vector::from(pose.position);
         let near = |shape: &&Shape| {
             let from_robot = (shape.centre() - centre).norm();
@@ -60,7 +67,7 @@ impl Sensing {
             if let (Some(sample), Some(noise)) =
                 (samples.get_mut(eye.sensor), noise.get(eye.sensor))
             {
-                *sample = self.digitised(signal + noise);
+                *sample = self.digitised(signal + noise + drift_counts);
             }
         }
         samples
@@ -102,7 +109,13 @@ mod tests {
             ..Photometry::VCNL4020
         };
         let used = SensorMask::NONE.with(0);
-        Sensing::new(ring, used, photometry, Generator::seeded(seed))
+        Sensing::new(
+            ring,
+            used,
+            photometry,
+            Physics::Matched,
+            Generator::seeded(seed),
+        )
     }
 
     fn shapes(tables: &str) -> Vec<Shape> {
@@ -114,7 +127,7 @@ mod tests {
     }
 
     fn counts(tables: &str) -> Sample {
-        sensing(0.0, 1).sample(&shapes(tables), &Pose::default())[0]
+        sensing(0.0, 1).sample(&shapes(tables), &Pose::default(), 0.0)[0]
     }
 
     fn number(sample: Sample) -> Option<i32> {
@@ -180,7 +193,7 @@ mod tests {
             let mut sensing = sensing(sigma, seed);
             let (mut sum, mut squares) = (0.0, 0.0);
             for _ in 0..40_000 {
-                let sample = sensing.sample(&[], &Pose::default())[0];
+                let sample = sensing.sample(&[], &Pose::default(), 0.0)[0];
                 let read = number(sample).unwrap();
                 sum += f64::from(read);
                 squares += f64::from(read) * f64::from(read);
