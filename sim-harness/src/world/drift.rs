@@ -67,10 +67,17 @@ mod tests {
     #[test]
     fn drift_runs_evenly_from_start_to_end() {
         let drift: Drift = "-4..16".parse().unwrap();
-        let at = |stamp_us| drift.at(stamp_us, 2_000_000);
-        assert_eq!([0, 500_000, 2_000_000].map(at), [-4.0, 1.0, 16.0]);
+        let is = |drift: Drift, stamp_us, counts: f64| {
+            let found = drift.at(stamp_us, 2_000_000);
+            assert_eq!(found.to_bits(), counts.to_bits(), "{drift}: {found}");
+        };
+        is(drift, 0, -4.0);
+        is(drift, 500_000, 1.0);
+        is(drift, 2_000_000, 16.0);
+        is(Drift::constant(0.1), 0, 0.1);
+        is(Drift::constant(0.1), 700_000, 0.1);
         assert_eq!(Drift::constant(-10.0), "-10".parse().unwrap());
-        assert_eq!([0, 7].map(|us| Drift::constant(0.1).at(us, 7)), [0.1, 0.1]);
-        assert_eq!(drift.at(0, 0), -4.0, "a drive without legs");
+        let without_legs = drift.at(0, 0);
+        assert_eq!(without_legs.to_bits(), (-4.0_f64).to_bits());
     }
 }

@@ -19,16 +19,17 @@ pub enum Odometry {
     /// What the AMiRo's bus carries: the true pose as of the last 50 ms update, every
     /// 63 ms, in steps of 256 um and 256 urad.
     ///
-    /// Its stamp is the time of the update. A frame takes no time here, but is up to
-    /// 50 ms old when it comes and 63 ms older when the next one does; the node
-    /// predicts the pose at a reading's stamp from the last two. Along `msod` the
-    /// poses of its steps are then within 0.7 mm of the truth.
+    /// Its stamp is the time of the update, not of the frame. A frame takes no time
+    /// here, but is up to 50 ms old when it comes and 63 ms older when the next one
+    /// does; the node predicts the pose at a reading's stamp from the last two. Along
+    /// `msod` at 80 mm/s the poses of its steps are then within 0.6 mm of the truth.
     Amiro,
     /// The same frames as of [`Amiro`](Self::Amiro) without their age: with every
     /// sample the newest frame's pose, stamped as if it were current.
     ///
-    /// What is left when nothing is predicted: along `msod` at 80 mm/s the poses of the
-    /// steps lag by up to 9 mm.
+    /// What is left when nothing is predicted: along `msod` the poses of the steps lag
+    /// by up to 4.7 mm, and not by the 9 mm of the oldest pose, because a step begins
+    /// when a new frame moves the robot on.
     AmiroUndated,
 }
 
