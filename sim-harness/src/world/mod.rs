@@ -1,20 +1,36 @@
 //! Simulated worlds: scenario files, drives through them, and what the sensors read there.
 
+mod amiro_odometry;
 mod bounded;
+mod drift;
 mod drive;
+mod dropout;
+mod eye;
 mod leg;
+mod odometry;
 mod opening;
+mod optics;
+mod option_words;
+mod options;
 mod scenario;
 mod sensing;
 mod shape;
 mod simulate;
 mod vector;
+mod wheel_errors;
 
+pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
+pub use dropout::Dropout;
+pub use eye::{Eye, first_surface};
 pub use leg::{Leg, TURN_DEG_PER_S};
+pub use odometry::Odometry;
 pub use opening::{Opening, Rectangle};
+pub use optics::Physics;
+pub use options::{Options, OptionsError};
 pub use scenario::{Scenario, ScenarioError};
-pub use sensing::{Eye, Sensing, first_surface};
+pub use sensing::Sensing;
 pub use shape::Shape;
-pub use simulate::{Simulation, simulate};
+pub use simulate::{Simulation, simulate, simulate_with};
 pub use vector::{Turn, Vector};
+pub use wheel_errors::{WheelErrors, WheelWalk};

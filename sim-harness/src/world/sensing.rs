@@ -1,71 +1,19 @@
-//! The matched sensor: what a proximity sensor of the filter's own law reads in a world.
-//!
-//! The strongest return over 121 rays within 60 degrees of the axis, each with the
-//! first surface on it. Matched, because filter and world share equation 5: figures
-//! from it say how well the filter infers, not how well the law fits a real wall,
-//! which returns light from all over the lobe.
+//! What the proximity sensors of a robot read in a world: optics, noise, register.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
-use super::Shape;
-use super::vector::{Turn, Vector};
+use super::optics::{FULL, Optics};
+use super::vector::Vector;
+use super::{Eye, Physics, Shape};
 
-/// Rays a sensor: one a degree over +-60 degrees.
-const RAYS: u16 = 121;
 /// Surfaces beyond this range are not looked for, metres: they return a quarter of a
 /// count, a twentieth of the noise.
 const REACH_M: f64 = 2.0;
-/// The raw register's end.
-const FULL: f64 = 65_535.0;
 /// Raw counts that a sensor's stored offset takes off: the VCNL4020 shows 2000 to
 /// 3000 with nothing in range.
 const OFFSET: f64 = 2_516.0;
-
-/// One sensor's place and direction in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eye {
-    /// Index on the ring.
-    pub sensor: usize,
-    /// Where it is.
-    pub position: Vector,
-    /// Where its axis points.
-    pub axis: Turn,
-}
-
-impl Eye {
-    /// The sensors in use of a robot at the given pose.
-    pub fn of(ring: &Ring, used: SensorMask, pose: &Pose) -> impl Iterator<Item = Self> {
-        let (ring, body) = (*ring, Turn::by_radians(pose.heading.radians()));
-        let centre = Vector::from(pose.position);
-        used.iter().map(move |sensor| {
-            let mount = ring.mount(sensor);
-            let axis = Turn {
-                sine: f64::from(mount.direction.sine),
-                cosine: f64::from(mount.direction.cosine),
-            };
-            Self {
-                sensor,
-                position: centre + Vector::from(mount.position).turned(body),
-                axis: axis.after(body),
-            }
-        })
-    }
-}
-
-/// The first surface on a ray: its distance, and the shape it belongs to.
-#[must_use]
-pub fn first_surface<'s>(
-    shapes: impl IntoIterator<Item = &'s Shape>,
-    origin: Vector,
-    direction: Vector,
-) -> Option<(f64, &'s Shape)> {
-    let hits = shapes
-        .into_iter()
-        .filter_map(|shape| Some((shape.hit_m(origin, direction)?, shape)));
-    hits.min_by(|(a, _), (b, _)| a.total_cmp(b))
-}
 
 /// The sensors of one robot: their law, their rays, their noise.
 #[derive(Clone, Debug)]
@@ -73,37 +21,39 @@ pub struct Sensing {
     ring: Ring,
     used: SensorMask,
     photometry: Photometry,
-    /// Each ray's direction from the axis, and C(theta) there.
-    rays: Vec<(Turn, f64)>,
+    optics: Optics,
     noise: Generator,
 }
 
 impl Sensing {
     /// Sensors with the given law and a noise of their own.
     #[must_use]
-    pub fn new(ring: Ring, used: SensorMask, photometry: Photometry, noise: Generator) -> Self {
-        let half_way = f32::from(RAYS / 2);
-        let rays = (0..RAYS)
-            .filter_map(|ray| {
-                let share = (f32::from(ray) - half_way) / half_way;
-                let bearing = share * photometry.theta_max_rad;
-                let directivity = photometry.directivity(bearing)?;
-                Some((Turn::by_radians(bearing), f64::from(directivity)))
-            })
-            .collect();
+    pub fn new(
+        ring: Ring,
+        used: SensorMask,
+        photometry: Photometry,
+        physics: Physics,
+        noise: Generator,
+    ) -> Self {
         Self {
             ring,
             used,
             photometry,
-            rays,
+            optics: Optics::new(physics, &photometry),
             noise,
         }
     }
 
     /// One sample of each sensor from the given pose; unused ones are missing.
     ///
-    /// Every call draws the same number of random numbers, whatever is seen.
-    pub fn sample(&mut self, shapes: &[Shape], pose: &Pose) -> [Sample; SENSORS] {
+    /// `drift_counts` is how far every sensor's offset has moved from the stored one.
+    /// Each call draws the same number of random numbers, whatever is seen.
+    pub fn sample(
+        &mut self,
+        shapes: &[Shape],
+        pose: &Pose,
+        drift_counts: f64,
+    ) -> [Sample; SENSORS] {
         let centre = Vector::from(pose.position);
         let near = |shape: &&Shape| {
             let from_robot = (shape.centre() - centre).norm();
@@ -113,32 +63,14 @@ impl Sensing {
         let noise = self.noise();
         let mut samples = [Sample::Missing; SENSORS];
         for eye in Eye::of(&self.ring, self.used, pose) {
-            let signal = self.signal(&near, &eye);
+            let signal = self.optics.signal(&near, &eye);
             if let (Some(sample), Some(noise)) =
                 (samples.get_mut(eye.sensor), noise.get(eye.sensor))
             {
-                *sample = self.digitised(signal + noise);
+                *sample = self.digitised(signal + noise + drift_counts);
             }
         }
         samples
-    }
-
-    /// Counts above beta that the strongest return gives; 0 for none.
-    fn signal(&self, shapes: &[Shape], eye: &Eye) -> f64 {
-        let alpha = f64::from(self.photometry.alpha_counts_m2);
-        let delta = f64::from(self.photometry.delta_m2);
-        let returns = self.rays.iter().filter_map(|(bearing, directivity)| {
-            let direction = bearing.after(eye.axis).direction();
-            let (distance, shape) = first_surface(shapes, eye.position, direction)?;
-            let denominator = distance * distance / directivity - delta;
-            // At contact the law ends and the register is full.
-            Some(if denominator > 0.0 {
-                alpha * shape.reflectivity() / denominator
-            } else {
-                FULL
-            })
-        });
-        returns.fold(0.0, f64::max)
     }
 
     fn noise(&mut self) -> [f64; SENSORS] {
@@ -177,7 +109,13 @@ mod tests {
             ..Photometry::VCNL4020
         };
         let used = SensorMask::NONE.with(0);
-        Sensing::new(ring, used, photometry, Generator::seeded(seed))
+        Sensing::new(
+            ring,
+            used,
+            photometry,
+            Physics::Matched,
+            Generator::seeded(seed),
+        )
     }
 
     fn shapes(tables: &str) -> Vec<Shape> {
@@ -189,7 +127,7 @@ mod tests {
     }
 
     fn counts(tables: &str) -> Sample {
-        sensing(0.0, 1).sample(&shapes(tables), &Pose::default())[0]
+        sensing(0.0, 1).sample(&shapes(tables), &Pose::default(), 0.0)[0]
     }
 
     fn number(sample: Sample) -> Option<i32> {
@@ -255,7 +193,7 @@ mod tests {
             let mut sensing = sensing(sigma, seed);
             let (mut sum, mut squares) = (0.0, 0.0);
             for _ in 0..40_000 {
-                let sample = sensing.sample(&[], &Pose::default())[0];
+                let sample = sensing.sample(&[], &Pose::default(), 0.0)[0];
                 let read = number(sample).unwrap();
                 sum += f64::from(read);
                 squares += f64::from(read) * f64::from(read);
@@ -269,17 +207,5 @@ mod tests {
                 "seed {seed}: {variance}"
             );
         }
-    }
-
-    #[test]
-    fn eyes_turn_with_the_robot() {
-        let pose = Pose::new(1.0, 2.0, core::f32::consts::FRAC_PI_2);
-        let eyes: Vec<_> = Eye::of(&Ring::AMIRO, SensorMask::ALL, &pose).collect();
-        assert_eq!(eyes.len(), SENSORS);
-        // Sensor 3 looks 22.5 degrees left of forward: here 112.5 degrees.
-        let direction = Turn::by_degrees(112.5).direction();
-        assert!((eyes[3].axis.direction() - direction).norm() < 1e-6);
-        let place = Vector::new(1.0, 2.0) + direction.scaled(0.05);
-        assert!((eyes[3].position - place).norm() < 1e-6);
     }
 }

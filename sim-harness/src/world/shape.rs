@@ -98,6 +98,35 @@ impl Shape {
         }
     }
 
+    /// The outward unit normal at a place on the outline.
+    ///
+    /// At a box's corner that of one of its two faces; at a cylinder's axis, which is
+    /// no such place, (0, 0).
+    #[must_use]
+    pub fn normal_at(&self, place: Vector) -> Vector {
+        let from_centre = place - self.centre;
+        match self.form {
+            Form::Box { half, turn } => {
+                let local = from_centre.turned(turn.inverse());
+                let is_end = local.x.abs() - half.x > local.y.abs() - half.y;
+                let normal = if is_end {
+                    Vector::new(1.0_f64.copysign(local.x), 0.0)
+                } else {
+                    Vector::new(0.0, 1.0_f64.copysign(local.y))
+                };
+                normal.turned(turn)
+            }
+            Form::Cylinder { .. } => {
+                let length = from_centre.norm();
+                if length > 0.0 {
+                    from_centre.scaled(1.0 / length)
+                } else {
+                    Vector::default()
+                }
+            }
+        }
+    }
+
     /// Middles of equal pieces of the outline, each at most `spacing_m` long.
     ///
     /// Middles, because a corner belongs to two faces, of which often one is hidden.
@@ -256,6 +285,28 @@ mod tests {
         assert_eq!(shape.hit_m(Vector::new(2.0, 0.0), east), None);
         assert_eq!(shape.hit_m(Vector::new(1.0, 0.05), east), Some(0.0));
         assert!((shape.distance_m(Vector::new(1.0, 0.3)) - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn normals_point_out_of_the_face_that_was_hit() {
+        let flat = shape("box = { min = [1.0, -0.5], max = [2.0, 0.5] }");
+        for (place, normal) in [
+            ((1.0, 0.4), (-1.0, 0.0)),
+            ((2.0, -0.4), (1.0, 0.0)),
+            ((1.1, 0.5), (0.0, 1.0)),
+            ((1.9, -0.5), (0.0, -1.0)),
+        ] {
+            let found = flat.normal_at(Vector::new(place.0, place.1));
+            assert_eq!(found, Vector::new(normal.0, normal.1), "{place:?}");
+        }
+        let turned = shape("box = { min = [-1.0, -0.1], max = [1.0, 0.1], angle_deg = 30.0 }");
+        let left = Turn::by_degrees(120.0).direction();
+        let place = Turn::by_degrees(30.0).direction().scaled(0.7) + left.scaled(0.1);
+        assert!((turned.normal_at(place) - left).norm() < 1e-6);
+        let round = shape("cylinder = { center = [1.0, 0.0], radius_m = 0.1 }");
+        let normal = round.normal_at(Vector::new(1.06, 0.08));
+        assert!((normal - Vector::new(0.6, 0.8)).norm() < 1e-12, "3-4-5");
+        assert_eq!(round.normal_at(Vector::new(1.0, 0.0)), Vector::default());
     }
 
     #[test]

@@ -5,40 +5,64 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::random::Generator;
 
-use super::{Drive, Scenario, Sensing};
+use super::odometry::Odometer;
+use super::{Drive, Dropout, Options, Scenario, Sensing};
 
 /// Keeps the world's noise apart from a filter with the same seed: "world" in ASCII.
 const NOISE_STREAM: u64 = 0x77_6f72_6c64;
+/// Keeps lost samples apart from both: "drops". A drive's noise is then the same
+/// whatever is lost of it.
+const DROPOUT_STREAM: u64 = 0x64_726f_7073;
+/// Keeps the wheels' errors apart: "wheel".
+const WHEEL_STREAM: u64 = 0x77_6865_656c;
 
 /// A simulated drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// For each sample the true pose as odometry, then the readings, with equal stamps.
+    /// For each sample the odometry that has come in by then, if any is new, and then
+    /// the readings.
     pub inputs: Vec<Input>,
     /// Stamps and true poses of the samples.
     pub poses: Vec<(u64, Pose)>,
 }
 
-/// Drives through a world and records the sensors; the odometry is perfect.
+/// Drives through a world that is as the filter's model says; the odometry is perfect.
 ///
-/// Equal scenarios and seeds give equal inputs, bit for bit, on every machine.
+/// As [`simulate_with`] and no options.
 #[must_use]
 pub fn simulate(scenario: &Scenario, seed: u64) -> Simulation {
+    simulate_with(scenario, seed, &Options::default())
+}
+
+/// Drives through a world and records the sensors and the odometry.
+///
+/// Equal scenarios, seeds and options give equal inputs, bit for bit, on every machine.
+/// Options that [`Options::validate`] refuses give readings that mean nothing.
+#[must_use]
+pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simulation {
     // The profile does not matter here: the sensors are the same.
     let config = scenario.config(Profile::Paper);
-    let noise = Generator::seeded(seed ^ NOISE_STREAM);
-    let mut sensing = Sensing::new(config.ring, config.sensors, config.photometry, noise);
-    let poses: Vec<_> = Drive::of(scenario).samples().collect();
-    let inputs = poses
-        .iter()
-        .flat_map(|&(stamp_us, pose)| {
-            let samples = sensing.sample(&scenario.shapes, &pose);
-            [
-                Input::Odometry { stamp_us, pose },
-                Input::Proximity { stamp_us, samples },
-            ]
-        })
-        .collect();
+    let stream = |stream: u64| Generator::seeded(seed ^ stream);
+    let drive = Drive::of(scenario);
+    let mut sensing = Sensing::new(
+        config.ring,
+        config.sensors,
+        options.photometry(&config.photometry),
+        options.physics,
+        stream(NOISE_STREAM),
+    );
+    let mut dropout = Dropout::new(options.dropout, stream(DROPOUT_STREAM));
+    let mut odometer = Odometer::new(options.odometry, &drive.pose_at(0), stream(WHEEL_STREAM));
+    let poses: Vec<_> = drive.samples().collect();
+    let mut inputs = Vec::with_capacity(2 * poses.len());
+    for &(stamp_us, pose) in &poses {
+        let told = odometer.told_at(&drive, stamp_us);
+        inputs.extend(told.map(|(stamp_us, pose)| Input::Odometry { stamp_us, pose }));
+        let drift_counts = options.drift.at(stamp_us, drive.end_us());
+        let samples = sensing.sample(&scenario.shapes, &pose, drift_counts);
+        let samples = dropout.thin(samples);
+        inputs.push(Input::Proximity { stamp_us, samples });
+    }
     Simulation { inputs, poses }
 }
 

@@ -1,0 +1,111 @@
+//! The odometry that the AMiRo's bus carries, bit for bit.
+
+use amiro_ipf::geometry::Pose;
+
+use super::Drive;
+
+/// Between two updates of the odometry, microseconds.
+const UPDATE_PERIOD_US: u64 = 50_000;
+/// Between two frames on the bus, microseconds.
+const FRAME_PERIOD_US: u64 = 63_000;
+/// Micrometres, and microradians, that the lowest transmitted bit stands for.
+const STEP: f64 = 256.0;
+
+/// A frame of the message ODOMETRY (0x50): the newest update at the time of sending.
+///
+/// The robot reckons its pose every 50 ms in micrometres and microradians and sends
+/// every 63 ms what is left of them without the lowest eight bits: x and y of 24 bits,
+/// signed, and the heading, 0 to 2 pi, of 16. Eight bits dropped round down, so that
+/// places are 128 um too low in the mean. What the wheels' counters cannot resolve,
+/// 124 um an increment, is less and not modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct AmiroFrame {
+    sent_us: u64,
+}
+
+impl AmiroFrame {
+    /// The last frame up to a stamp; the first one is sent at the start.
+    pub(super) const fn newest_at(stamp_us: u64) -> Self {
+        Self {
+            sent_us: stamp_us - stamp_us % FRAME_PERIOD_US,
+        }
+    }
+
+    /// When the pose in the frame was true.
+    pub(super) const fn update_us(self) -> u64 {
+        self.sent_us - self.sent_us % UPDATE_PERIOD_US
+    }
+
+    /// The pose in the frame.
+    pub(super) fn pose(self, drive: &Drive) -> Pose {
+        let pose = drive.pose_at(self.update_us());
+        let heading = f64::from(pose.heading.radians());
+        let turn = if heading < 0.0 {
+            heading + core::f64::consts::TAU
+        } else {
+            heading
+        };
+        Pose::new(
+            transmitted(f64::from(pose.position.x)),
+            transmitted(f64::from(pose.position.y)),
+            transmitted(turn),
+        )
+    }
+}
+
+/// Metres or radians as they come out at the other end.
+///
+/// A scenario's kilometres and a turn are within the message's 24 and 16 bits.
+fn transmitted(value: f64) -> f32 {
+    ((value * 1e6 / STEP).floor() * STEP * 1e-6) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::Scenario;
+
+    #[test]
+    fn frames_come_every_63_ms_with_the_update_before() {
+        let times = |stamp_us| {
+            let frame = AmiroFrame::newest_at(stamp_us);
+            (frame.sent_us, frame.update_us())
+        };
+        assert_eq!(times(0), (0, 0));
+        assert_eq!(times(62_999), (0, 0));
+        assert_eq!(times(63_000), (63_000, 50_000));
+        assert_eq!(times(252_000), (252_000, 250_000));
+        // No frame carries the update of 450 ms.
+        assert_eq!(times(503_999), (441_000, 400_000));
+        assert_eq!(times(504_000), (504_000, 500_000));
+    }
+
+    #[test]
+    fn numbers_are_rounded_down_to_256_millionths() {
+        for (value, steps) in [
+            (0.0, 0.0),
+            (255e-6, 0.0),
+            (257e-6, 1.0),
+            (-1e-6, -1.0),
+            (-0.3, -1172.0),
+            (0.3, 1171.0),
+        ] {
+            let expected = (steps * 256.0 * 1e-6) as f32;
+            assert_eq!(transmitted(value).to_bits(), expected.to_bits(), "{value}");
+        }
+    }
+
+    #[test]
+    fn headings_to_the_right_survive_the_unsigned_number() {
+        let text = "name = \"d\"\ncell_m = 0.01\nextent_m = [-1, -1, 1, 1]\n\
+                    speed_m_per_s = 0.08\nstart = [0.1, -0.1, -90]\n";
+        let drive = Drive::of(&Scenario::parse(text).unwrap());
+        let pose = AmiroFrame::newest_at(0).pose(&drive);
+        // 3 pi / 2 is 18407.7 steps of 256 urad.
+        let expected = Pose::new(390.0 * 256e-6, -391.0 * 256e-6, 18_407.0 * 256e-6);
+        assert!((pose.position - expected.position).norm() < 1e-7);
+        assert!(pose.motion_to(&expected).turn.radians().abs() < 1e-6);
+        let error = core::f32::consts::FRAC_PI_2 + pose.heading.radians();
+        assert!((-257e-6..=1e-6).contains(&error), "{error}");
+    }
+}
