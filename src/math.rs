@@ -29,8 +29,8 @@ mod square_root {
         let mut bits = x.to_bits();
         // SAFETY: the five instructions read and write `bits` and a scratch register
         // that the compiler chose, and s15, which they leave as they found it. No
-        // memory, no flags. As a called function the routine would make every caller
-        // spill its float registers: 10 % of a step.
+        // memory, no flags. As a called function the routine would cost a step of 8000
+        // particles 0.1 of 7.6 million instructions more.
         unsafe {
             core::arch::asm!(
                 "vmov {saved}, s15",

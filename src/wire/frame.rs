@@ -118,8 +118,8 @@ pub struct Encoder {
     sequence: u16,
 }
 
-/// A frame's bytes on a word's boundary: copying them is then three times as fast,
-/// 0.2 million instructions in a step of 8000 particles.
+/// A frame's bytes on a word's boundary: copying them is then faster, by 0.1 of 8.1
+/// million instructions in a step of 8000 particles.
 #[derive(Clone, Debug)]
 #[repr(align(4))]
 struct Aligned([u8; MAX_FRAME]);
