@@ -6,7 +6,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::wire::Terminal;
 
-use crate::budget::{CAPACITY, INPUT_ROOM};
+use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
 use crate::link::{Inbox, Outbox};
 
@@ -80,7 +80,8 @@ impl Program {
         });
     }
 
-    /// Takes bytes up to the end of a frame; whether there may be more.
+    /// Takes bytes up to the end of a frame, or a queue full of garbage, so that a
+    /// beat never waits for more; whether there may be more.
     ///
     /// Waits, by doing nothing, until all events of an input have room in the queue:
     /// an injected run loses nothing. The line wakes `think` when that is so.
@@ -88,17 +89,20 @@ impl Program {
         if self.outbox.room() < INPUT_ROOM {
             return false;
         }
-        while let Some(byte) = self.inbox.next() {
+        for _ in 0..RECEIVE_QUEUE {
+            let Some(byte) = self.inbox.next() else {
+                return false;
+            };
             let handled = self.timed(|terminal, outbox| {
                 terminal.receive(byte, &mut |frame, importance| {
                     outbox.send(frame, importance)
                 })
             });
             if handled {
-                return true;
+                break;
             }
         }
-        false
+        true
     }
 
     /// Does some work and, if it stepped the filter, notes how long that took.
