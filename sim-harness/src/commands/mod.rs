@@ -1,6 +1,8 @@
 //! The commands of the program, one a file.
 
 mod demo;
+mod evaluate;
+mod evaluate_report;
 mod image;
 mod replay;
 mod report;
@@ -28,6 +30,8 @@ enum Command {
     Replay(replay::Replay),
     /// Drive a simulated robot through a scenario and write the recording.
     Simulate(simulate::Simulate),
+    /// Compare the filters with the inverse sensor model over scenarios and seeds.
+    Evaluate(evaluate::Evaluate),
     /// Build the flash image, check it and print its sizes.
     Image(image::Image),
 }
@@ -51,6 +55,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Demo(demo) => demo.run(),
         Command::Replay(replay) => replay.run(),
         Command::Simulate(simulate) => simulate.run(),
+        Command::Evaluate(evaluate) => evaluate.run(),
         Command::Image(image) => image.run(),
     };
     match outcome {

@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::Serialize;
 
-use super::Truth;
+use super::{Figure, Truth};
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -191,34 +191,24 @@ fn coverage(map: &Map, truth: &Truth) -> Option<f64> {
     ratio(classified.count() as u64, truth.visible_free().len() as u64)
 }
 
-/// A ratio with a number of decimals, or what stands for an undefined one.
-struct Figure(Option<f64>, usize);
-
-impl fmt::Display for Figure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self(Some(value), decimals) => write!(f, "{value:5.decimals$}"),
-            Self(None, _) => write!(f, "{:>5}", "n/a"),
-        }
-    }
-}
-
 /// One line of fixed columns: lines of several maps stand under each other.
 impl fmt::Display for Scores {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = |share: Option<f64>| Figure(share.map(|share| 100.0 * share), 1);
+        let figure = |value, decimals| Figure { value, decimals };
+        let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 1);
+        let share = |share| figure(share, 2);
         write!(
             f,
-            "OE {} % (walls +{:2.0} mm; +0 mm {} %)  TPR {}  FPR {}  J {}  recall {}  \
-             coverage {}  classified {:6}  unknown {:6}",
+            "OE {:5} % (walls +{:2.0} mm; +0 mm {:5} %)  TPR {:5}  FPR {:5}  J {:5}  \
+             recall {:5}  coverage {:5}  classified {:6}  unknown {:6}",
             percent(self.oe),
             1000.0 * self.best_expansion_m,
             percent(self.oe_unexpanded),
-            Figure(self.tpr, 2),
-            Figure(self.fpr, 2),
-            Figure(self.j, 2),
-            Figure(self.surface_recall, 2),
-            Figure(self.coverage, 2),
+            share(self.tpr),
+            share(self.fpr),
+            share(self.j),
+            share(self.surface_recall),
+            share(self.coverage),
             self.cells,
             self.unknown,
         )

@@ -1,0 +1,182 @@
+//! Claims about figures, and verdicts on them.
+
+use core::fmt;
+
+use super::comparison::Trial;
+use super::{Figure, Measure, Method, Trials};
+
+/// Something that is said of a method and can be measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Claim {
+    /// The scenario's name.
+    pub scenario: &'static str,
+    /// The method.
+    pub method: Method,
+    /// What is measured.
+    pub measure: Measure,
+    /// How the seeds are taken together.
+    pub over: Over,
+    /// How the figure has to lie to the bound.
+    pub relation: Relation,
+    /// The bound.
+    pub bound: f64,
+}
+
+/// How the seeds are taken together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// Their mean.
+    Mean,
+    /// The smallest of them.
+    Smallest,
+    /// The largest of them.
+    Largest,
+    /// Their mean as a share of that of another method.
+    MeanShareOf(Method),
+    /// Their mean less that of another method.
+    MeanLess(Method),
+}
+
+/// How a figure has to lie to its bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// Below it.
+    Below,
+    /// At most as large.
+    AtMost,
+    /// At least as large.
+    AtLeast,
+}
+
+/// A claim and what was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// The claim.
+    pub claim: Claim,
+    /// The figure; `None` where it is undefined, which never holds.
+    pub measured: Option<f64>,
+}
+
+impl Claim {
+    /// The verdict by trials; `None` if they lack the scenario or a method.
+    #[must_use]
+    pub fn judge(self, trials: &[Trial]) -> Option<Verdict> {
+        let of = |method| Trials::of(trials, self.scenario, method);
+        let (mine, measure) = (of(self.method)?, self.measure);
+        let measured = match self.over {
+            Over::Mean => mine.mean(measure),
+            Over::Smallest => mine.smallest(measure).map(|(value, _)| value),
+            Over::Largest => mine.largest(measure).map(|(value, _)| value),
+            Over::MeanShareOf(other) => {
+                let its = of(other)?.mean(measure).filter(|its| *its > 0.0);
+                mine.mean(measure).zip(its).map(|(mine, its)| mine / its)
+            }
+            Over::MeanLess(other) => {
+                let its = of(other)?.mean(measure);
+                mine.mean(measure).zip(its).map(|(mine, its)| mine - its)
+            }
+        };
+        Some(Verdict {
+            claim: self,
+            measured,
+        })
+    }
+}
+
+impl Verdict {
+    /// Whether the claim holds.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        let bound = self.claim.bound;
+        self.measured
+            .is_some_and(|measured| match self.claim.relation {
+                Relation::Below => measured < bound,
+                Relation::AtMost => measured <= bound,
+                Relation::AtLeast => measured >= bound,
+            })
+    }
+}
+
+impl fmt::Display for Claim {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (method, measure) = (self.method, self.measure.name());
+        match self.over {
+            Over::Mean => write!(f, "{method}: {measure}"),
+            Over::Smallest | Over::Largest => write!(f, "{method}: {measure}, every seed"),
+            Over::MeanShareOf(other) => write!(f, "{method}: {measure} / that of {other}"),
+            Over::MeanLess(other) => write!(f, "{method}: {measure} - that of {other}"),
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_share = matches!(self.claim.over, Over::MeanShareOf(_));
+        let decimals = match self.claim.measure {
+            Measure::OpeningFalse
+            | Measure::OpeningFalseLeast
+            | Measure::OpeningFrontier
+            | Measure::OpeningFrontierMost
+                if !is_share =>
+            {
+                1
+            }
+            _ => 3,
+        };
+        let figure = |value| Figure { value, decimals };
+        let relation = match self.claim.relation {
+            Relation::Below => "< ",
+            Relation::AtMost => "<=",
+            Relation::AtLeast => ">=",
+        };
+        write!(
+            f,
+            "{}  {:6} {:60} {:7} {relation} {:7}",
+            if self.holds() { "PASS" } else { "FAIL" },
+            self.claim.scenario,
+            self.claim.to_string(),
+            figure(self.measured),
+            figure(Some(self.claim.bound)),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(measured: Option<f64>, relation: Relation) -> Verdict {
+        let claim = Claim {
+            scenario: "msod",
+            method: Method::Paper,
+            measure: Measure::Oe,
+            over: Over::Mean,
+            relation,
+            bound: 0.035,
+        };
+        Verdict { claim, measured }
+    }
+
+    #[test]
+    fn equal_to_the_bound_is_not_below_it() {
+        assert!(verdict(Some(0.035), Relation::AtMost).holds());
+        assert!(verdict(Some(0.035), Relation::AtLeast).holds());
+        assert!(!verdict(Some(0.035), Relation::Below).holds());
+    }
+
+    #[test]
+    fn the_undefined_never_holds() {
+        for relation in [Relation::Below, Relation::AtMost, Relation::AtLeast] {
+            assert!(!verdict(None, relation).holds());
+            assert!(!verdict(Some(f64::NAN), relation).holds());
+        }
+        let line = verdict(None, Relation::AtMost).to_string();
+        assert!(line.starts_with("FAIL  msod   paper: OE  "), "{line}");
+        assert!(line.ends_with("n/a <=   0.035"), "{line}");
+    }
+
+    #[test]
+    fn what_was_not_run_is_not_judged() {
+        assert_eq!(verdict(None, Relation::AtMost).claim.judge(&[]), None);
+    }
+}

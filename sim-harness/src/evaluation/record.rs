@@ -1,0 +1,63 @@
+//! A trial as files have it.
+
+use serde::Serialize;
+
+use super::Trial;
+
+/// A trial as a file has it: one flat object, `null` for what is undefined.
+///
+/// Of several openings the falsely occupied cells are summed and the frontier cells
+/// are those of the one with the fewest: the worse way for a filter, both times.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Record<'t> {
+    scenario: &'t str,
+    method: &'static str,
+    seed: u64,
+    oe: Option<f64>,
+    oe_unexpanded: Option<f64>,
+    tpr: Option<f64>,
+    fpr: Option<f64>,
+    j: Option<f64>,
+    surface_recall: Option<f64>,
+    coverage: Option<f64>,
+    cells: u64,
+    unknown: u64,
+    oe_path_mean: Option<f64>,
+    opening_false_occupied: Option<u64>,
+    opening_frontier: Option<u64>,
+}
+
+impl<'t> From<&'t Trial> for Record<'t> {
+    fn from(trial: &'t Trial) -> Self {
+        let last = &trial.scores.last;
+        Self {
+            scenario: &trial.scenario,
+            method: trial.method.name(),
+            seed: trial.seed,
+            oe: last.oe,
+            oe_unexpanded: last.oe_unexpanded,
+            tpr: last.tpr,
+            fpr: last.fpr,
+            j: last.j,
+            surface_recall: last.surface_recall,
+            coverage: last.coverage,
+            cells: last.cells,
+            unknown: last.unknown,
+            oe_path_mean: trial.scores.oe_path_mean,
+            opening_false_occupied: trial.scores.opening_false_occupied(),
+            opening_frontier: trial.scores.opening_frontier(),
+        }
+    }
+}
+
+/// The trials as a JSON array, one [`Record`] a line, so that files compare by line.
+///
+/// # Errors
+/// As `serde_json` has it for any value; a record gives it no reason.
+pub fn json(trials: &[Trial]) -> Result<String, serde_json::Error> {
+    let records = trials
+        .iter()
+        .map(|trial| serde_json::to_string(&Record::from(trial)));
+    let records: Vec<String> = records.collect::<Result<_, _>>()?;
+    Ok(format!("[\n{}\n]\n", records.join(",\n")))
+}
