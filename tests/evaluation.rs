@@ -9,7 +9,7 @@ use sim_harness::evaluation::{
 };
 use sim_harness::mapping::{Cell, CountingMapper, Grid, Map, Mapper, Occupancy};
 use sim_harness::run;
-use sim_harness::world::{Scenario, simulate};
+use sim_harness::world::{Options, Scenario, simulate};
 
 fn scenario(name: &str) -> Scenario {
     standard(name).unwrap().unwrap()
@@ -117,6 +117,8 @@ fn comparison(names: &[&str], methods: &[Method], particles: u16, threads: usize
         methods: methods.to_vec(),
         seeds: 100..103,
         particles_per_sensor: particles,
+        options: Options::default(),
+        alpha_counts_m2: None,
         threads,
     }
 }

@@ -6,12 +6,15 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use amiro_ipf::input::Input;
+use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
 use sim_harness::evaluation::{
-    Claim, Comparison, Method, STANDARD, Trial, Verdict, json, paper_claims, standard, thresholds,
+    Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
+    thresholds,
 };
 use sim_harness::output;
-use sim_harness::world::Scenario;
+use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
 
 use super::evaluate_report;
 use super::{Ending, Outcome};
@@ -42,6 +45,20 @@ pub(super) struct Evaluate {
     /// Particles for each sensor in use.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     particles: u16,
+    /// How returns make a signal: matched (the strongest one, by the filter's own law)
+    /// or patch (all that is seen, by Lambert's law).
+    #[arg(long, default_value_t, value_name = "PHYSICS")]
+    physics: Physics,
+    /// What the robot is told of its motion: truth, wheel-errors, or amiro (as on its
+    /// bus, held against exact poses and against no prediction).
+    #[arg(long, default_value_t, value_name = "ODOMETRY")]
+    odometry: Odometry,
+    /// Gain that filters and ISM believe in, counts m^2.
+    #[arg(long, value_name = "A", conflicts_with = "calibrate")]
+    alpha: Option<f32>,
+    /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
+    #[arg(long)]
+    calibrate: bool,
     /// Threads; 0 for one a processor. The figures do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -60,7 +77,8 @@ impl Evaluate {
         let comparison = self.comparison()?;
         let trials = comparison.run()?;
         let claims = verdicts(&paper_claims(), &trials);
-        let bounds = verdicts(&thresholds(), &trials);
+        let bounds = verdicts(&self.bounds(), &trials);
+        evaluate_report::world(&comparison);
         evaluate_report::tables(&comparison, &trials);
         evaluate_report::paired(&comparison, &trials);
         evaluate_report::verdicts("Claims of the paper", &claims);
@@ -69,6 +87,7 @@ impl Evaluate {
             println!("Thresholds are made for means over {ENOUGH_SEEDS} seeds or more.");
         }
         evaluate_report::not_reproduced(&trials);
+        let is_odometry_good = self.judge_odometry(&comparison, &trials)?;
         if let Some(path) = &self.json {
             output::write(path, json(&trials)?.as_bytes())?;
         }
@@ -85,11 +104,44 @@ impl Evaluate {
         if judged.peek().is_none() {
             return Err("--check, but no claim is about these scenarios and methods".into());
         }
-        Ok(if judged.all(Verdict::holds) {
+        Ok(if judged.all(Verdict::holds) && is_odometry_good {
             Ending::Good
         } else {
             Ending::Failed
         })
+    }
+
+    /// The thresholds that can be asked for: absolute ones hold for the matched sensor
+    /// and exact poses, ratios between methods for every world.
+    fn bounds(&self) -> Vec<Claim> {
+        let is_reference = self.physics == Physics::Matched && self.odometry == Odometry::Truth;
+        let is_ratio = |claim: &Claim| matches!(claim.over, Over::MeanShareOf(_));
+        let all = thresholds().into_iter();
+        all.filter(|claim| is_reference || is_ratio(claim))
+            .collect()
+    }
+
+    /// The AMiRo's odometry against exact poses and against no prediction, where it was
+    /// asked for; whether it costs little enough.
+    fn judge_odometry(
+        &self,
+        comparison: &Comparison,
+        trials: &[Trial],
+    ) -> Result<bool, Box<dyn Error>> {
+        if self.odometry != Odometry::Amiro {
+            return Ok(true);
+        }
+        let with = |odometry| {
+            let mut other = comparison.clone();
+            other.options.odometry = odometry;
+            other.run()
+        };
+        let exact = with(Odometry::Truth)?;
+        let undated = with(Odometry::AmiroUndated)?;
+        Ok(evaluate_report::odometry(
+            comparison,
+            [&exact, trials, &undated],
+        ))
     }
 
     fn comparison(&self) -> Result<Comparison, Box<dyn Error>> {
@@ -105,11 +157,23 @@ impl Evaluate {
         if drives.saturating_mul(seeds) > MAX_DRIVES {
             return Err(format!("{seeds} seeds: at most {MAX_DRIVES} drives in all").into());
         }
+        let options = Options {
+            physics: self.physics,
+            odometry: self.odometry,
+            ..Options::default()
+        };
+        options.validate()?;
         Ok(Comparison {
             scenarios,
             methods,
             seeds: self.seeds.clone(),
             particles_per_sensor: self.particles,
+            options,
+            alpha_counts_m2: if self.calibrate {
+                Some(gain_of_a_block(&options)?)
+            } else {
+                self.alpha
+            },
             threads: self.threads,
         })
     }
@@ -132,6 +196,28 @@ impl Evaluate {
         }
         Ok(scenarios)
     }
+}
+
+/// What a calibration on a block's long side would give: its signal without noise at
+/// 100 mm straight ahead of one sensor, as the gain that puts a point there.
+fn gain_of_a_block(options: &Options) -> Result<f32, Box<dyn Error>> {
+    const RANGE_M: f32 = 0.1;
+    let scenario = Scenario::parse(include_str!("calibration.toml"))?;
+    let quiet = Options {
+        noise_factor: 0.0,
+        odometry: Odometry::Truth,
+        ..*options
+    };
+    let readings = simulate_with(&scenario, 0, &quiet).inputs;
+    let counts = readings.iter().find_map(|input| match input {
+        Input::Proximity {
+            samples: [Sample::Counts(counts), ..],
+            ..
+        } => Some(*counts as f32),
+        _ => None,
+    });
+    let counts = counts.ok_or("the calibration has no reading")?;
+    Ok((counts - Photometry::VCNL4020.beta_counts) * RANGE_M * RANGE_M)
 }
 
 /// A scenario of the paper by its name, or another from its file.

@@ -4,6 +4,55 @@ use sim_harness::evaluation::{
     Comparison, Figure, Measure, Method, Spread, Trial, Trials, Verdict,
 };
 
+/// Most overall error that the AMiRo's odometry may cost, as a share.
+const ODOMETRY_LOSS_AT_MOST: f64 = 0.005;
+
+/// The world that was driven through, where it is not the filter's own.
+pub(super) fn world(comparison: &Comparison) {
+    let options = &comparison.options;
+    println!(
+        "Simulated; physics {}, odometry {}.",
+        options.physics, options.odometry
+    );
+    if let Some(alpha) = comparison.alpha_counts_m2 {
+        println!("Filters and ISM believe in alpha = {alpha:.3} counts m^2.");
+    }
+    println!();
+}
+
+/// The overall error with exact poses, with the AMiRo's odometry, and with the same
+/// taken for current when it arrives; whether the second costs little enough.
+pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
+    println!();
+    println!(
+        "Odometry of the AMiRo, OE % of exact poses / as on its bus / the same without \
+         prediction to the readings' time"
+    );
+    let mut all_hold = true;
+    for scenario in &comparison.scenarios {
+        for method in [Method::Paper, Method::Plus] {
+            let oe =
+                trials.map(|trials| Trials::of(trials, &scenario.name, method)?.mean(Measure::Oe));
+            let [Some(exact), Some(amiro), undated] = oe else {
+                continue;
+            };
+            let holds = amiro - exact <= ODOMETRY_LOSS_AT_MOST;
+            all_hold &= holds;
+            let percent = |share: f64| 100.0 * share;
+            println!(
+                "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points",
+                if holds { "PASS" } else { "FAIL" },
+                scenario.name,
+                percent(exact),
+                percent(amiro),
+                percent(undated.unwrap_or(f64::NAN)),
+                percent(amiro - exact)
+            );
+        }
+    }
+    all_hold
+}
+
 /// One table a scenario, one line a method.
 pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {

@@ -10,11 +10,12 @@ use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Encoder, Outgoing, Truth as TruthMessage};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::link::{
     Board, Comparison, Image, Layout, QemuOptions, Verdict, build_image, drive,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
+use sim_harness::mapping::CountingMapper;
 use sim_harness::output;
 use sim_harness::world::Scenario;
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
@@ -66,6 +67,8 @@ pub(super) struct Replay {
 struct Run {
     ran_on: &'static str,
     survey: Survey,
+    /// Kept for the scores on the way where the recording carries a truth.
+    events: Vec<Event>,
     stream: Vec<u8>,
     comparison: Option<Verdict>,
 }
@@ -109,12 +112,14 @@ impl Replay {
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
         let mut survey = Survey::new(cell_m);
+        let mut events = Vec::new();
         let mut encoder = Encoder::new(HOST_NODE_BOOT_ID);
         let mut stream = Vec::new();
         let mut comparison = Comparison::default();
         let bar = progress("steps", None);
         let outcome = run(config, inputs, |event| {
             survey.take(event);
+            events.push(event.clone());
             comparison.expect(event);
             stream.extend_from_slice(encoder.encode(Outgoing::Event(event)));
             bar.inc(u64::from(matches!(event, Event::StepDone(_))));
@@ -134,6 +139,7 @@ impl Replay {
         Ok(Run {
             ran_on: "host",
             survey,
+            events,
             stream,
             comparison: is_recorded.then(|| comparison.verdict_of_recording()),
         })
@@ -162,6 +168,7 @@ impl Replay {
             boot.build_id, boot.capacity, boot.clock, boot.baud
         );
         let mut survey = Survey::new(cell_m);
+        let mut events = Vec::new();
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
         all.extend_from_slice(inputs);
@@ -171,6 +178,7 @@ impl Replay {
             &all,
             |event| {
                 survey.take(event);
+                events.push(event.clone());
                 comparison.meet(event);
                 if let Event::Status(status) = event {
                     slowest_step = slowest_step.max(status.board.step_cycles_max);
@@ -188,6 +196,7 @@ impl Replay {
         Ok(Run {
             ran_on,
             survey,
+            events,
             stream: board.take_raw(),
             comparison: Some(verdict),
         })
@@ -226,11 +235,14 @@ impl Replay {
             figures.cells_occupied,
             figures.cells_free
         );
-        let scores = scenario
-            .map(|scenario| Scores::of(&survey.map(), &Truth::of(scenario, survey.poses())));
+        let scores = scenario.map(|scenario| {
+            let truth = Truth::of(scenario, survey.poses());
+            let mut mapper = CountingMapper::new(scenario.cell_m);
+            DriveScores::of(&mut mapper, &run.events, scenario, &truth)
+        });
         let walls = scenario.is_none().then(|| Walls::of(survey));
         if let Some(scores) = &scores {
-            println!("{scores}");
+            println!("{}", scores.last);
         }
         if let Some(walls) = &walls {
             println!("{walls}");
@@ -249,7 +261,7 @@ impl Replay {
             ran_on: run.ran_on,
             config: *config,
             figures,
-            scores,
+            scores: scores.as_ref().map(ScoreRecord::from),
             walls,
             comparison: run.comparison.clone(),
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use amiro_ipf::config::Config;
 use serde::Serialize;
-use sim_harness::evaluation::{Scores, WallReport};
+use sim_harness::evaluation::{ScoreRecord, WallReport};
 use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
 use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
@@ -27,7 +27,7 @@ pub(super) struct Summary {
     pub(super) figures: Figures,
     /// The map against the truth, where the recording carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) scores: Option<Scores>,
+    pub(super) scores: Option<ScoreRecord>,
     /// Walls beside the path, where there is no truth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) walls: Option<Walls>,

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::drive_scores::step_poses;
 use super::{DriveScores, Method, Truth};
-use crate::world::{Scenario, Simulation, simulate};
+use crate::world::{Options, Scenario, Simulation, simulate_with};
 use crate::{RunError, run};
 
 /// What is to be compared on what.
@@ -24,6 +24,10 @@ pub struct Comparison {
     pub seeds: Range<u64>,
     /// Particles for each sensor in use.
     pub particles_per_sensor: u16,
+    /// In what the drives differ from the filter's model.
+    pub options: Options,
+    /// Gain that filters and ISM believe in, counts m^2; `None` is the sensor's own.
+    pub alpha_counts_m2: Option<f32>,
     /// Threads; 0 for one a processor. The results do not depend on it.
     pub threads: usize,
 }
@@ -95,13 +99,16 @@ impl Comparison {
 
     /// All methods on one drive: one simulation, one run of each profile.
     fn drive(&self, scenario: &Scenario, seed: u64) -> Result<Vec<Trial>, ComparisonError> {
-        let simulation = simulate(scenario, seed);
+        let simulation = simulate_with(scenario, seed, &self.options);
         let runs = self.profiles().into_iter().map(|(profile, particles)| {
-            let config = Config {
+            let mut config = Config {
                 seed,
                 particles_per_sensor: particles,
                 ..scenario.config(profile)
             };
+            if let Some(alpha) = self.alpha_counts_m2 {
+                config.photometry.alpha_counts_m2 = alpha;
+            }
             Run::of(profile, config, scenario, &simulation)
         });
         let runs: Vec<Run> = runs.collect::<Result<_, _>>()?;

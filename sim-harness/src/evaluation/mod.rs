@@ -32,7 +32,7 @@ pub use measure::Measure;
 pub use method::{Method, UnknownMethod};
 pub use openings::OpeningScores;
 pub use paper_claims::paper_claims;
-pub use record::{Record, json};
+pub use record::{Record, ScoreRecord, json};
 pub use scores::Scores;
 pub use spread::Spread;
 pub use standard::{STANDARD, standard};

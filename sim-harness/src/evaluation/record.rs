@@ -2,17 +2,14 @@
 
 use serde::Serialize;
 
-use super::Trial;
+use super::{DriveScores, Trial};
 
-/// A trial as a file has it: one flat object, `null` for what is undefined.
+/// A drive's scores as a file has them: one flat object, `null` for what is undefined.
 ///
 /// Of several openings the falsely occupied cells are summed and the frontier cells
 /// are those of the one with the fewest: the worse way for a filter, both times.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Record<'t> {
-    scenario: &'t str,
-    method: &'static str,
-    seed: u64,
+pub struct ScoreRecord {
     oe: Option<f64>,
     oe_unexpanded: Option<f64>,
     tpr: Option<f64>,
@@ -27,13 +24,10 @@ pub struct Record<'t> {
     opening_frontier: Option<u64>,
 }
 
-impl<'t> From<&'t Trial> for Record<'t> {
-    fn from(trial: &'t Trial) -> Self {
-        let last = &trial.scores.last;
+impl From<&DriveScores> for ScoreRecord {
+    fn from(scores: &DriveScores) -> Self {
+        let last = &scores.last;
         Self {
-            scenario: &trial.scenario,
-            method: trial.method.name(),
-            seed: trial.seed,
             oe: last.oe,
             oe_unexpanded: last.oe_unexpanded,
             tpr: last.tpr,
@@ -43,9 +37,30 @@ impl<'t> From<&'t Trial> for Record<'t> {
             coverage: last.coverage,
             cells: last.cells,
             unknown: last.unknown,
-            oe_path_mean: trial.scores.oe_path_mean,
-            opening_false_occupied: trial.scores.opening_false_occupied(),
-            opening_frontier: trial.scores.opening_frontier(),
+            oe_path_mean: scores.oe_path_mean,
+            opening_false_occupied: scores.opening_false_occupied(),
+            opening_frontier: scores.opening_frontier(),
+        }
+    }
+}
+
+/// A trial as a file has it: its name and the scores in one flat object.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Record<'t> {
+    scenario: &'t str,
+    method: &'static str,
+    seed: u64,
+    #[serde(flatten)]
+    scores: ScoreRecord,
+}
+
+impl<'t> From<&'t Trial> for Record<'t> {
+    fn from(trial: &'t Trial) -> Self {
+        Self {
+            scenario: &trial.scenario,
+            method: trial.method.name(),
+            seed: trial.seed,
+            scores: ScoreRecord::from(&trial.scores),
         }
     }
 }
