@@ -1,5 +1,6 @@
 //! The commands of the program, one a file.
 
+mod calibrate;
 mod demo;
 mod image;
 mod replay;
@@ -28,6 +29,8 @@ enum Command {
     Replay(replay::Replay),
     /// Drive a simulated robot through a scenario and write the recording.
     Simulate(simulate::Simulate),
+    /// Fit the sensors' law to a table of range, angle and counts.
+    Calibrate(calibrate::Calibrate),
     /// Build the flash image, check it and print its sizes.
     Image(image::Image),
 }
@@ -51,6 +54,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Demo(demo) => demo.run(),
         Command::Replay(replay) => replay.run(),
         Command::Simulate(simulate) => simulate.run(),
+        Command::Calibrate(calibrate) => calibrate.run(),
         Command::Image(image) => image.run(),
     };
     match outcome {

@@ -1,0 +1,17 @@
+//! The photometric law fitted to a table of measured counts.
+//!
+//! [`Table`] is what was measured, [`Fixed`] what is known already, [`Law`] the least
+//! squares problem, [`Fit`] the answer: parameters, their standard errors, residuals.
+
+mod fit;
+mod fixed;
+mod law;
+mod parameter;
+mod report;
+mod table;
+
+pub use fit::{Estimate, Fit, FitError, Origin, fit};
+pub use fixed::{Fixed, FixedError};
+pub use law::Law;
+pub use parameter::Parameter;
+pub use table::{Measurement, Table, TableError, TableProblem};
