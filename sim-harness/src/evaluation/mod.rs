@@ -2,6 +2,7 @@
 
 mod legs;
 mod line;
+pub mod recorded;
 mod scores;
 mod truth;
 mod walls;
