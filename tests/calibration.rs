@@ -70,6 +70,42 @@ fn known_laws_are_found_again_within_four_standard_errors() {
     }
 }
 
+/// Without noise, and far from the values that a fit holds parameters at.
+#[test]
+fn laws_far_from_the_default_are_found_exactly() {
+    for alpha in [0.05_f64, 1.0, 20.0] {
+        for beta in [-3000.0_f64, 0.0, 2400.0] {
+            for xi in [0.6_f64, 1.0, 1.42] {
+                for delta in [-1e-3_f64, 0.0, 4e-4] {
+                    let mut text = "range_mm,angle_deg,counts\n".to_owned();
+                    for range_mm in RANGES_MM {
+                        for angle_deg in [-60.0_f64, -20.0, 0.0, 40.0] {
+                            let c = (xi * angle_deg.to_radians()).cos();
+                            let square = (f64::from(range_mm) / 1000.0).powi(2);
+                            let counts = beta + alpha * c / (square - delta * c);
+                            if counts < 65_535.0 {
+                                writeln!(text, "{range_mm},{angle_deg},{counts}").unwrap();
+                            }
+                        }
+                    }
+                    let fit = fitted(&text, &[]).unwrap();
+                    let law = format!("{alpha} {beta} {xi} {delta}: {fit}");
+                    // A millionth of each parameter's own size.
+                    for (parameter, truth, size) in [
+                        (Parameter::Alpha, alpha, alpha),
+                        (Parameter::Beta, beta, 1000.0),
+                        (Parameter::Xi, xi, 1.0),
+                        (Parameter::Delta, delta, 1e-3),
+                    ] {
+                        let error = (fit.value(parameter) - truth).abs();
+                        assert!(error < 1e-6 * size, "{parameter}: {law}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn angles_of_zero_hold_the_lobe_at_its_default() {
     let table = table_of(&Photometry::VCNL4020, &[0.0], 1);

@@ -1,53 +1,15 @@
 //! The fit of the photometric law to a table, and what the table leaves open.
 
-use amiro_ipf::sensor::Photometry;
 use nalgebra_lm::DMatrix;
-use serde::Serialize;
 
-use super::{Fixed, Law, Measurement, Parameter, Table};
+use super::start::start;
+use super::{Estimate, Fit, Fixed, Law, Measurement, Origin, Parameter, Table};
 
 /// A column of derivatives that is this near to the span of those before it, in its
 /// own length, says nothing of its own.
 const DEPENDENT: f64 = 1e-6;
 /// A standard error above this share of a parameter's range leaves it undetermined.
 const MOST_ERROR_SHARE: f64 = 0.25;
-/// Deviation that rounding to whole counts makes by itself: 1 / sqrt(12).
-const ROUNDING_COUNTS: f64 = 0.288_675;
-
-/// Where a parameter's value is from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Origin {
-    /// Fitted to the table.
-    Fitted,
-    /// Given beforehand.
-    Fixed,
-    /// Kept at its default, because the table does not determine it; says why.
-    Held(String),
-}
-
-/// A parameter after a fit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Estimate {
-    /// Which.
-    pub parameter: Parameter,
-    /// Its value.
-    pub value: f64,
-    /// Its standard error, if it was fitted.
-    pub standard_error: Option<f64>,
-    /// Where it is from.
-    pub origin: Origin,
-}
-
-/// A law fitted to a table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
-    pub(super) estimates: Vec<Estimate>,
-    pub(super) rows: Vec<(Measurement, f64)>,
-    /// Root of the weighted mean of squared residuals, counts.
-    pub rms_counts: f64,
-}
-
 /// Why nothing was fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
@@ -96,7 +58,7 @@ pub enum FitError {
 ///
 /// It needs no start: alpha and beta are linear, and xi and delta are searched over a
 /// grid before Levenberg-Marquardt finishes. What the table does not determine is held
-/// at [`Photometry::VCNL4020`]'s value and says so: delta first, then xi. Standard
+/// at [`Photometry::VCNL4020`](amiro_ipf::sensor::Photometry::VCNL4020)'s value and says so: delta first, then xi. Standard
 /// errors are the roots of the diagonal of sigma_s^2 (J^T J)^-1 with the residuals' own
 /// sigma_s, unless that is fixed.
 ///
@@ -216,77 +178,6 @@ fn attempt<'t>(
     Ok(Attempt::Found(law, errors))
 }
 
-/// The best of a grid over xi and delta, with the alpha and beta of least squares.
-fn start<'t>(rows: &'t [Measurement], fixed: &Fixed, free: &[Parameter]) -> Law<'t> {
-    let known = Parameter::OF_MEAN.map(|parameter| {
-        let default = parameter.of(&Photometry::VCNL4020);
-        fixed.value(parameter).unwrap_or(default)
-    });
-    let [alpha, beta, xi, delta] = known;
-    let is_free = |parameter| free.contains(&parameter);
-    let xis: Vec<f64> = match is_free(Parameter::Xi) {
-        true => (0..20).map(|step| 0.5 + 0.05 * f64::from(step)).collect(),
-        false => vec![xi],
-    };
-    let deltas: &[f64] = match is_free(Parameter::Delta) {
-        true => &[0.0, -1e-4, 1e-4, -5e-4, 5e-4, -2e-3],
-        false => &[delta],
-    };
-    let mut best = (f64::INFINITY, Law::new(rows, free.to_vec(), known));
-    for (xi, delta) in xis
-        .iter()
-        .flat_map(|xi| deltas.iter().map(|delta| (*xi, *delta)))
-    {
-        let shaped = Law::new(rows, free.to_vec(), [1.0, 0.0, xi, delta]);
-        if shaped.ends_early() {
-            continue;
-        }
-        let free_gain = is_free(Parameter::Alpha).then_some(alpha);
-        let free_rest = is_free(Parameter::Beta).then_some(beta);
-        let (alpha, beta) = linear(&shaped, rows, (alpha, beta), free_gain, free_rest);
-        let law = Law::new(rows, free.to_vec(), [alpha, beta, xi, delta]);
-        let squares: f64 = law.weighted_residuals().iter().map(|r| r * r).sum();
-        if squares < best.0 {
-            best = (squares, law);
-        }
-    }
-    best.1
-}
-
-/// Alpha and beta of least squares for a given shape, those that are free of them.
-fn linear(
-    shaped: &Law<'_>,
-    rows: &[Measurement],
-    (alpha, beta): (f64, f64),
-    free_gain: Option<f64>,
-    free_rest: Option<f64>,
-) -> (f64, f64) {
-    let (mut w, mut wg, mut wgg, mut ws, mut wgs) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for row in rows {
-        let g = shaped.shape(row);
-        w += row.weight;
-        wg += row.weight * g;
-        wgg += row.weight * g * g;
-        ws += row.weight * row.counts;
-        wgs += row.weight * g * row.counts;
-    }
-    let determinant = w * wgg - wg * wg;
-    let solved = match (free_gain, free_rest) {
-        (Some(_), Some(_)) => {
-            let gain = (w * wgs - wg * ws) / determinant;
-            (gain, (ws - gain * wg) / w)
-        }
-        (Some(_), None) => ((wgs - beta * wg) / wgg, beta),
-        (None, Some(_)) => (alpha, (ws - alpha * wg) / w),
-        (None, None) => (alpha, beta),
-    };
-    if solved.0.is_finite() && solved.1.is_finite() {
-        solved
-    } else {
-        (alpha, beta)
-    }
-}
-
 /// The first parameter whose derivatives are a combination of those before it.
 fn first_dependent(free: &[Parameter], slopes: &DMatrix<f64>) -> Option<Parameter> {
     let mut span: Vec<nalgebra_lm::DVector<f64>> = Vec::new();
@@ -378,49 +269,5 @@ fn answer(
         estimates: of_mean.chain([noise]).collect(),
         rows: rows.iter().map(|row| (*row, law.counts(row))).collect(),
         rms_counts: (squares / weights).sqrt(),
-    }
-}
-
-impl Fit {
-    /// The parameters: alpha, beta, xi, delta, sigma.
-    #[must_use]
-    pub fn estimates(&self) -> &[Estimate] {
-        &self.estimates
-    }
-
-    /// The estimate of one parameter; NaN for none, which cannot be.
-    #[must_use]
-    pub fn value(&self, parameter: Parameter) -> f64 {
-        self.estimate(parameter)
-            .map_or(f64::NAN, |estimate| estimate.value)
-    }
-
-    /// One parameter.
-    #[must_use]
-    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
-        self.estimates
-            .iter()
-            .find(|estimate| estimate.parameter == parameter)
-    }
-
-    /// The measurements, each with the counts that the fitted law expects.
-    #[must_use]
-    pub fn rows(&self) -> &[(Measurement, f64)] {
-        &self.rows
-    }
-
-    /// The fitted law; range limit and largest bearing are the default's.
-    ///
-    /// A sample is whole counts: sigma_s is at least what rounding makes, 0.29.
-    #[must_use]
-    pub fn photometry(&self) -> Photometry {
-        Photometry {
-            alpha_counts_m2: self.value(Parameter::Alpha) as f32,
-            beta_counts: self.value(Parameter::Beta) as f32,
-            delta_m2: self.value(Parameter::Delta) as f32,
-            xi: self.value(Parameter::Xi) as f32,
-            sigma_counts: self.value(Parameter::Sigma).max(ROUNDING_COUNTS) as f32,
-            ..Photometry::VCNL4020
-        }
     }
 }
