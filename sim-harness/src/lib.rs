@@ -6,8 +6,10 @@
 //! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
 //! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
-//! and written ([`figures`], [`output`]). The `ipf` program's commands join these.
+//! and written ([`figures`], [`output`]). The law that all of it rests on is fitted to
+//! measured counts ([`calibration`]). The `ipf` program's commands join these.
 
+pub mod calibration;
 pub mod evaluation;
 pub mod figures;
 pub mod link;

@@ -9,6 +9,7 @@ use std::time::Instant;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
+use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
     Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
     thresholds,
@@ -62,6 +63,10 @@ pub(super) struct Evaluate {
     /// Threads; 0 for one a processor. The figures do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
+    /// Judge recorded drives along walls of known place instead: the folder of the
+    /// AMiRo's stepped series.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "check"])]
+    recordings: Option<PathBuf>,
     /// Where the figures of every drive go.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -73,6 +78,9 @@ pub(super) struct Evaluate {
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(folder) = &self.recordings {
+            return self.judge_recordings(folder);
+        }
         let begun = Instant::now();
         let comparison = self.comparison()?;
         let trials = comparison.run()?;
@@ -109,6 +117,18 @@ impl Evaluate {
         } else {
             Ending::Failed
         })
+    }
+
+    /// The stepped series beside walls whose place is known.
+    fn judge_recordings(&self, folder: &Path) -> Outcome {
+        let report = recorded_walls(folder)?;
+        println!("{report}");
+        if let Some(path) = &self.json {
+            let mut json = serde_json::to_string_pretty(&report)?;
+            json.push('\n');
+            output::write(path, json.as_bytes())?;
+        }
+        Ok(Ending::Good)
     }
 
     /// The thresholds that can be asked for: absolute ones hold for the matched sensor

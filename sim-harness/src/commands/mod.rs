@@ -1,5 +1,6 @@
 //! The commands of the program, one a file.
 
+mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
@@ -32,6 +33,8 @@ enum Command {
     Simulate(simulate::Simulate),
     /// Compare the filters with the inverse sensor model over scenarios and seeds.
     Evaluate(evaluate::Evaluate),
+    /// Fit the sensors' law to a table of range, angle and counts.
+    Calibrate(calibrate::Calibrate),
     /// Build the flash image, check it and print its sizes.
     Image(image::Image),
 }
@@ -56,6 +59,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Replay(replay) => replay.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
+        Command::Calibrate(calibrate) => calibrate.run(),
         Command::Image(image) => image.run(),
     };
     match outcome {

@@ -15,6 +15,7 @@ mod method;
 mod openings;
 mod paper_claims;
 mod record;
+pub mod recorded;
 mod scores;
 mod spread;
 mod standard;

@@ -1,0 +1,87 @@
+//! What a fit gives back: estimates, residuals, the law.
+
+use amiro_ipf::sensor::Photometry;
+use serde::Serialize;
+
+use super::{Measurement, Parameter};
+
+/// Deviation that rounding to whole counts makes by itself: 1 / sqrt(12).
+const ROUNDING_COUNTS: f64 = 0.288_675;
+
+/// Where a parameter's value is from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Origin {
+    /// Fitted to the table.
+    Fitted,
+    /// Given beforehand.
+    Fixed,
+    /// Kept at its default, because the table does not determine it; says why.
+    Held(String),
+}
+
+/// A parameter after a fit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its value.
+    pub value: f64,
+    /// Its standard error, if it was fitted.
+    pub standard_error: Option<f64>,
+    /// Where it is from.
+    pub origin: Origin,
+}
+
+/// A law fitted to a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    pub(super) estimates: Vec<Estimate>,
+    pub(super) rows: Vec<(Measurement, f64)>,
+    /// Root of the weighted mean of squared residuals, counts.
+    pub rms_counts: f64,
+}
+
+impl Fit {
+    /// The parameters: alpha, beta, xi, delta, sigma.
+    #[must_use]
+    pub fn estimates(&self) -> &[Estimate] {
+        &self.estimates
+    }
+
+    /// The estimate of one parameter; NaN for none, which cannot be.
+    #[must_use]
+    pub fn value(&self, parameter: Parameter) -> f64 {
+        self.estimate(parameter)
+            .map_or(f64::NAN, |estimate| estimate.value)
+    }
+
+    /// One parameter.
+    #[must_use]
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.estimates
+            .iter()
+            .find(|estimate| estimate.parameter == parameter)
+    }
+
+    /// The measurements, each with the counts that the fitted law expects.
+    #[must_use]
+    pub fn rows(&self) -> &[(Measurement, f64)] {
+        &self.rows
+    }
+
+    /// The fitted law; range limit and largest bearing are the default's.
+    ///
+    /// A sample is whole counts: sigma_s is at least what rounding makes, 0.29.
+    #[must_use]
+    pub fn photometry(&self) -> Photometry {
+        Photometry {
+            alpha_counts_m2: self.value(Parameter::Alpha) as f32,
+            beta_counts: self.value(Parameter::Beta) as f32,
+            delta_m2: self.value(Parameter::Delta) as f32,
+            xi: self.value(Parameter::Xi) as f32,
+            sigma_counts: self.value(Parameter::Sigma).max(ROUNDING_COUNTS) as f32,
+            ..Photometry::VCNL4020
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The photometric law as a least squares problem in some of its parameters.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
+use nalgebra_lm::{DMatrix, DVector, Dyn, VecStorage};
+
+use super::{Measurement, Parameter};
+
+/// Least denominator of the law, shares of x^2. A trial beyond the law's end then has
+/// a huge residual and is not taken, instead of none at all.
+const LEAST_DENOMINATOR: f64 = 1e-6;
+
+/// s = beta + alpha C / (x^2 - delta C) with C = cos(xi theta), 0 outside the lobe.
+///
+/// Residuals are weighted by the root of a row's weight. In double precision: the
+/// core's single precision is for robots, not for derivatives.
+#[derive(Clone, Debug)]
+pub struct Law<'t> {
+    rows: &'t [Measurement],
+    free: Vec<Parameter>,
+    /// By [`Parameter::OF_MEAN`].
+    values: [f64; Parameter::OF_MEAN.len()],
+}
+
+impl<'t> Law<'t> {
+    /// The law over the given rows with all parameters at given values, some of them free.
+    #[must_use]
+    pub fn new(
+        rows: &'t [Measurement],
+        free: Vec<Parameter>,
+        values: [f64; Parameter::OF_MEAN.len()],
+    ) -> Self {
+        Self { rows, free, values }
+    }
+
+    /// The values of alpha, beta, xi and delta.
+    #[must_use]
+    pub fn values(&self) -> [f64; Parameter::OF_MEAN.len()] {
+        self.values
+    }
+
+    /// Counts that the law expects of a measurement.
+    #[must_use]
+    pub fn counts(&self, row: &Measurement) -> f64 {
+        let [alpha, beta, ..] = self.values;
+        beta + alpha * self.shape(row)
+    }
+
+    /// Counts above beta for a gain of 1, 1/m^2.
+    pub(super) fn shape(&self, row: &Measurement) -> f64 {
+        let (c, denominator) = self.lobe(row);
+        c / denominator
+    }
+
+    /// Whether the law has an end before some row: x^2 <= delta C.
+    pub(super) fn ends_early(&self) -> bool {
+        let [.., delta] = self.values;
+        self.rows.iter().any(|row| {
+            let c = self.lobe(row).0;
+            row.range_m * row.range_m * 0.5 <= delta * c
+        })
+    }
+
+    fn lobe(&self, row: &Measurement) -> (f64, f64) {
+        let [.., xi, delta] = self.values;
+        let angle = (xi * row.angle_rad).abs();
+        let c = if angle < core::f64::consts::FRAC_PI_2 {
+            angle.cos()
+        } else {
+            0.0
+        };
+        let square = row.range_m * row.range_m;
+        let denominator = (square - delta * c).max(LEAST_DENOMINATOR * square);
+        (c, denominator)
+    }
+
+    /// Derivative of a row's expected counts by a parameter.
+    fn slope(&self, row: &Measurement, parameter: Parameter) -> f64 {
+        let [alpha, _, xi, _] = self.values;
+        let (c, denominator) = self.lobe(row);
+        match parameter {
+            Parameter::Alpha => c / denominator,
+            Parameter::Beta => 1.0,
+            Parameter::Xi if c > 0.0 => {
+                let by_xi = -row.angle_rad * (xi * row.angle_rad).sin();
+                let square = row.range_m * row.range_m;
+                by_xi * alpha * square / (denominator * denominator)
+            }
+            Parameter::Delta => alpha * c * c / (denominator * denominator),
+            Parameter::Xi | Parameter::Sigma => 0.0,
+        }
+    }
+
+    /// Weighted residuals: expected less measured, times the root of the weight.
+    #[must_use]
+    pub fn weighted_residuals(&self) -> Vec<f64> {
+        self.rows
+            .iter()
+            .map(|row| row.weight.sqrt() * (self.counts(row) - row.counts))
+            .collect()
+    }
+
+    /// Weighted derivatives, a column a free parameter.
+    pub(super) fn weighted_slopes(&self) -> DMatrix<f64> {
+        let columns = self.free.iter().flat_map(|parameter| {
+            self.rows
+                .iter()
+                .map(|row| row.weight.sqrt() * self.slope(row, *parameter))
+        });
+        DMatrix::from_iterator(self.rows.len(), self.free.len(), columns)
+    }
+
+    /// The law at the least sum of squares that is downhill from here (MINPACK's
+    /// Levenberg-Marquardt), and how the search ended.
+    pub(super) fn minimised(self) -> (Self, TerminationReason) {
+        let (law, report) = LevenbergMarquardt::new().with_patience(200).minimize(self);
+        (law, report.termination)
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Law<'_> {
+    type ResidualStorage = VecStorage<f64, Dyn, nalgebra_lm::U1>;
+    type JacobianStorage = VecStorage<f64, Dyn, Dyn>;
+    type ParameterStorage = VecStorage<f64, Dyn, nalgebra_lm::U1>;
+
+    fn set_params(&mut self, free: &DVector<f64>) {
+        for (parameter, value) in self.free.iter().zip(free.iter()) {
+            if let Some(slot) = self.values.get_mut(*parameter as usize) {
+                *slot = *value;
+            }
+        }
+    }
+
+    fn params(&self) -> DVector<f64> {
+        let value = |parameter: &Parameter| self.values.get(*parameter as usize).copied();
+        DVector::from_vec(self.free.iter().filter_map(value).collect())
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(DVector::from_vec(self.weighted_residuals()))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        Some(self.weighted_slopes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use amiro_ipf::sensor::Photometry;
+
+    fn rows() -> Vec<Measurement> {
+        let ranges = [0.05, 0.08, 0.12, 0.2];
+        let angles = [-0.9, 0.0, 0.5_f64];
+        ranges
+            .into_iter()
+            .flat_map(|range_m| {
+                angles.map(|angle_rad| Measurement {
+                    range_m,
+                    angle_rad,
+                    counts: 0.0,
+                    weight: 2.0,
+                })
+            })
+            .collect()
+    }
+
+    #[test]
+    fn counts_are_those_of_the_core() {
+        let core = Photometry {
+            delta_m2: -2e-4,
+            ..Photometry::VCNL4020
+        };
+        let rows = rows();
+        let values = Parameter::OF_MEAN.map(|parameter| parameter.of(&core));
+        let law = Law::new(&rows, Vec::new(), values);
+        for row in &rows {
+            let expected = core.counts(row.range_m as f32, row.angle_rad as f32);
+            let error = law.counts(row) - f64::from(expected.unwrap());
+            // Single precision of some 400 counts, and of the core's cosine.
+            assert!(error.abs() < 2e-3, "{row:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_the_finite_differences_of_the_residuals() {
+        let rows = rows();
+        let values = [1.4, -16.0, 1.2, -3e-4];
+        let law = Law::new(&rows, Parameter::OF_MEAN.to_vec(), values);
+        let slopes = law.weighted_slopes();
+        for (column, step) in [1e-5, 1e-3, 1e-6, 1e-9].into_iter().enumerate() {
+            let moved = |by: f64| {
+                let mut moved = law.clone();
+                moved.values[column] += by;
+                moved.weighted_residuals()
+            };
+            for (row, (up, down)) in moved(step).into_iter().zip(moved(-step)).enumerate() {
+                let expected = (up - down) / (2.0 * step);
+                let error = (slopes[(row, column)] - expected).abs();
+                assert!(error < 1e-5 * expected.abs() + 1e-5, "{row}, {column}");
+            }
+        }
+    }
+
+    /// From a poor xi it may end in a lobe that closes before all rows but those on the
+    /// axis: hence the grid before the search.
+    #[test]
+    fn a_start_with_the_wrong_gain_and_offset_converges() {
+        let mut rows = rows();
+        let truth = [1.4, -16.0, 1.2, -3e-4];
+        let law = Law::new(&rows, Vec::new(), truth);
+        let counts: Vec<_> = rows.iter().map(|row| law.counts(row)).collect();
+        for (row, counts) in rows.iter_mut().zip(counts) {
+            row.counts = counts;
+        }
+        for start in [[0.5, 100.0, 1.1, 0.0], [20.0, -900.0, 1.3, -1e-4]] {
+            let law = Law::new(&rows, Parameter::OF_MEAN.to_vec(), start);
+            let (found, reason) = law.minimised();
+            assert!(reason.was_successful(), "{start:?}: {reason:?}");
+            for (value, truth) in found.values.into_iter().zip(truth) {
+                let error = (value - truth).abs();
+                assert!(
+                    error < 1e-5 * truth.abs(),
+                    "{start:?}: {found:?}, {reason:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! `cargo ipf calibrate`: the photometric law fitted to a table of measurements.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sim_harness::calibration::{Fixed, Table, fit};
+use sim_harness::output;
+
+use super::{Ending, Outcome};
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub(super) struct Calibrate {
+    /// The table: values between commas under a header that names range_m (or range_cm,
+    /// range_mm), angle_deg (or angle_rad), counts, and weight if wanted.
+    table: PathBuf,
+    /// A parameter that is known already: alpha, beta, xi, delta or sigma.
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    fix: Vec<String>,
+    /// Folder for `fit.csv` and `photometry.json`.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Calibrate {
+    /// Runs the command.
+    pub(super) fn run(self) -> Outcome {
+        let fixed = Fixed::parse(self.fix.iter().map(String::as_str))?;
+        let named = |error: &dyn std::error::Error| format!("{}: {error}", self.table.display());
+        let table = Table::load(&self.table).map_err(|error| named(&error))?;
+        let fit = fit(&table, &fixed).map_err(|error| named(&error))?;
+        let json = serde_json::to_string_pretty(&fit)?;
+        println!("{fit}\n{}\n{}\n\n{json}", fit.residuals(), fit.rust());
+        if let Some(folder) = &self.out {
+            std::fs::create_dir_all(folder)?;
+            output::write(&folder.join("fit.csv"), fit.csv().as_bytes())?;
+            output::write(
+                &folder.join("photometry.json"),
+                format!("{json}\n").as_bytes(),
+            )?;
+        }
+        Ok(Ending::Good)
+    }
+}

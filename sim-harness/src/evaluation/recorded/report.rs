@@ -1,0 +1,110 @@
+//! The report on the recorded walls in words.
+
+use std::fmt;
+
+use super::{CALIBRATED_ON, PhysicsError, RecordedReport, SensorError};
+
+/// Millimetres, or a dash.
+fn millimetres(metres: Option<f64>) -> String {
+    metres.map_or_else(
+        || "-".to_owned(),
+        |metres| format!("{:.1}", 1000.0 * metres),
+    )
+}
+
+/// A ratio's logarithm, or a dash.
+fn logarithm(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:+.2}"))
+}
+
+impl fmt::Display for PhysicsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let own = if self.is_own_alpha {
+            "own"
+        } else {
+            "calibrated"
+        };
+        writeln!(
+            f,
+            "{} with its {own} alpha {:.3}: expected against recorded counts",
+            self.physics, self.alpha_counts_m2
+        )?;
+        let mut line = |name: &str, error: &SensorError| {
+            writeln!(
+                f,
+                "  {name:<14} {:4} rows  RMS {:7.1} counts  {:4} lit  ln ratio mean {:>5}  RMS {:>5}",
+                error.rows,
+                error.rms_counts,
+                error.lit_rows,
+                logarithm(error.mean_log_ratio),
+                logarithm(error.rms_log_ratio),
+            )
+        };
+        for error in &self.sensors {
+            let name = error
+                .sensor
+                .map_or_else(String::new, |n| format!("sensor {n}"));
+            line(&name, error)?;
+        }
+        for (name, error) in &self.series {
+            line(name, error)?;
+        }
+        line("together", &self.together)
+    }
+}
+
+impl fmt::Display for RecordedReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "alpha {:.3} counts m^2, from {CALIBRATED_ON} with the face abeam; one step a station",
+            self.alpha_counts_m2
+        )?;
+        for (name, about) in &self.sources {
+            writeln!(f, "  {name:<14} {about}")?;
+        }
+        writeln!(
+            f,
+            "series         readings  method  steps  occupied  beside  mean mm   RMS mm  recall  false"
+        )?;
+        for walls in &self.walls {
+            writeln!(
+                f,
+                "{:<14} {:<9} {:<6} {:6} {:9} {:7} {:>8} {:>8} {:7.2} {:6}",
+                walls.series,
+                walls.readings,
+                walls.method,
+                walls.steps,
+                walls.occupied,
+                walls.beside,
+                millimetres(walls.mean_m),
+                millimetres(walls.rms_m),
+                walls.recall,
+                walls.false_cells,
+            )?;
+        }
+        for physics in &self.physics {
+            write!(f, "{physics}")?;
+        }
+        let [matched, patch, ..] = self.physics.as_slice() else {
+            return Ok(());
+        };
+        let ratio = |error: &PhysicsError| error.together.rms_log_ratio.unwrap_or(f64::NAN);
+        let (better, worse) = if ratio(patch) < ratio(matched) {
+            (patch, matched)
+        } else {
+            (matched, patch)
+        };
+        writeln!(
+            f,
+            "{} explains the recordings better than {}: RMS ln ratio {:.2} against {:.2}, \
+             RMS {:.0} against {:.0} counts",
+            better.physics,
+            worse.physics,
+            ratio(better),
+            ratio(worse),
+            better.together.rms_counts,
+            worse.together.rms_counts,
+        )
+    }
+}
