@@ -1,42 +1,56 @@
 //! The counting model: survivors and rejects per cell (paper equations 3 and 4).
 
-use amiro_ipf::event::{ParticleEvent, StepBegun};
+use amiro_ipf::config::Config;
+use amiro_ipf::event::{Event, ParticleEvent, StepBegun};
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
 
-use super::{Grid, Map};
+use super::carving::Carver;
+use super::{Grid, Map, Mapper};
+
+/// Carvings that weigh as much as one particle found free.
+const CARVINGS_A_COUNT: u32 = 10;
 
 /// How often a cell was found occupied and free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Counts {
     occupied: u16,
     free: u16,
+    /// Steps in which some sensor saw past the cell; a tenth of a free count each.
+    carved: u16,
 }
 
 impl Counts {
     /// f_occ = c_occ / (c_occ + c_free); an untouched cell is 0.5, unknown (eq. 4).
     fn p_occ(self) -> f32 {
-        let total = u32::from(self.occupied) + u32::from(self.free);
-        if total == 0 {
-            return 0.5;
-        }
-        if self.occupied == self.free {
+        let occupied = CARVINGS_A_COUNT * u32::from(self.occupied);
+        let free = CARVINGS_A_COUNT * u32::from(self.free) + u32::from(self.carved);
+        if occupied == free {
             // Exactly as much for as against: unknown, whatever rounding would say.
             return 0.5;
         }
-        f32::from(self.occupied) / total as f32
+        occupied as f32 / (occupied + free) as f32
     }
 
-    /// Counts one more; at the cap both counts halve, which keeps their ratio.
     fn count(&mut self, occupied: bool) {
-        if self.occupied == u16::MAX || self.free == u16::MAX {
-            self.occupied /= 2;
-            self.free /= 2;
-        }
+        self.make_room();
         if occupied {
             self.occupied += 1;
         } else {
             self.free += 1;
+        }
+    }
+
+    fn carve(&mut self) {
+        self.make_room();
+        self.carved += 1;
+    }
+
+    /// At the cap all counts halve, which keeps their ratio.
+    fn make_room(&mut self) {
+        let counts = [&mut self.occupied, &mut self.free, &mut self.carved];
+        if counts.iter().any(|count| **count == u16::MAX) {
+            counts.into_iter().for_each(|count| *count /= 2);
         }
     }
 }
@@ -45,6 +59,7 @@ impl Counts {
 #[derive(Clone, Debug)]
 pub struct CountingMapper {
     counts: Grid<Counts>,
+    carver: Option<Carver>,
     position: Point,
     rotation: Rotation,
 }
@@ -55,14 +70,36 @@ impl CountingMapper {
     pub fn new(cell_m: f64) -> Self {
         Self {
             counts: Grid::new(cell_m, Counts::default()),
+            carver: None,
             position: Point::default(),
             rotation: Rotation::by(0.0),
+        }
+    }
+
+    /// A mapper that also carves the lobes of the sensors of a configuration: each step
+    /// gives a tenth of a free count to every cell that some sensor sees past.
+    ///
+    /// Not in the paper. Where few particles leave the free space speckled it fills the
+    /// gaps, at the cost of reading the sensors on the map's side as well.
+    #[must_use]
+    pub fn carving(cell_m: f64, config: &Config) -> Self {
+        Self {
+            carver: Some(Carver::new(cell_m, config)),
+            ..Self::new(cell_m)
         }
     }
 
     /// Where the robot is while the following outcomes are counted.
     pub fn begin_step(&mut self, step: &StepBegun) {
         self.move_to(&step.pose);
+        let Some(carver) = &self.carver else {
+            return;
+        };
+        for cell in carver.seen_past(step) {
+            if let Some(counts) = self.counts.reach(cell) {
+                counts.carve();
+            }
+        }
     }
 
     fn move_to(&mut self, pose: &Pose) {
@@ -93,13 +130,42 @@ impl CountingMapper {
     }
 }
 
+impl Mapper for CountingMapper {
+    fn take(&mut self, event: &Event) {
+        match event {
+            Event::StepBegun(step) => self.begin_step(step),
+            Event::Particles(particles) => self.count(&particles.outcomes),
+            _ => {}
+        }
+    }
+
+    fn map(&self) -> Map {
+        self.map()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mapping::Occupancy;
 
     fn counts(occupied: u16, free: u16) -> Counts {
-        Counts { occupied, free }
+        Counts {
+            occupied,
+            free,
+            carved: 0,
+        }
+    }
+
+    #[test]
+    fn ten_carvings_weigh_one_count() {
+        let mut cell = counts(1, 0);
+        (0..9).for_each(|_| cell.carve());
+        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Occupied);
+        cell.carve();
+        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Unknown);
+        cell.carve();
+        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Free);
     }
 
     #[test]

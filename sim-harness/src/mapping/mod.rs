@@ -3,11 +3,26 @@
 //! A mapper reads events only, never a filter's insides: a map from a board and a map
 //! from a host are the same map.
 
+mod carving;
 mod counting;
 mod grid;
+mod inverse_sensor;
+mod lobes;
 
 pub use counting::CountingMapper;
 pub use grid::{Cell, Grid, MAX_CELLS};
+pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, MaxRange};
+
+use amiro_ipf::event::Event;
+
+/// Makes a map of a run's events.
+pub trait Mapper {
+    /// Takes the next event; what says nothing about the world is passed over.
+    fn take(&mut self, event: &Event);
+
+    /// The map so far.
+    fn map(&self) -> Map;
+}
 
 /// A finished map: the probability that a cell is occupied; 0.5 is unknown.
 pub type Map = Grid<f32>;
