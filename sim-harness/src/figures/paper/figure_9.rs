@@ -19,7 +19,7 @@ use super::plate::{Panel, Plate, Row};
 const NAME: &str = "figure-9";
 
 /// Longer side of a map, pixels: three lie side by side on the page.
-const SIDE_PX: usize = 330;
+const SIDE_PX: usize = 370;
 
 /// Distance between points on an outline, metres.
 const OUTLINE_M: f64 = 0.002;
@@ -127,8 +127,12 @@ fn draw_row(
     let mapped = course.map(&methods, conditions)?;
     let truth = course.truth(&mapped.poses);
     // One window for all, so that the pictures lie side by side at one scale.
-    let windows = mapped.maps.iter().filter_map(Window::known);
-    let window = windows.reduce(Window::joined);
+    let known = mapped.maps.iter().filter_map(Window::known);
+    let shapes = mapped
+        .maps
+        .iter()
+        .filter_map(|map| window_of_shapes(&course.scenario, map));
+    let window = known.chain(shapes).reduce(Window::joined);
     let is_half_way = conditions.until_m.is_finite();
     let panels = wanted
         .iter()
@@ -150,6 +154,13 @@ fn draw_row(
         heading,
         panels: panels.collect(),
     })
+}
+
+/// The cells that hold all that stands in the world.
+fn window_of_shapes(scenario: &Scenario, map: &Map) -> Option<Window> {
+    let outlines = scenario.shapes.iter().map(|shape| shape.outline(OUTLINE_M));
+    let cells = outlines.flatten().filter_map(|at| map.cell_at(at.x, at.y));
+    cells.map(Window::of).reduce(Window::joined)
 }
 
 /// A map's numbers in a line.

@@ -11,9 +11,9 @@ const HEAD: &str = r#"<!DOCTYPE html>
 <meta charset="utf-8">
 <title>Inverse particle filter: the figures</title>
 <style>
-body { max-width: 1160px; margin: 20px auto; padding: 0 12px; font: 16px/1.45 sans-serif; color: #222; }
+body { max-width: 1176px; margin: 20px auto; padding: 0 12px; font: 16px/1.45 sans-serif; color: #222; }
 h2 { margin-top: 48px; border-top: 1px solid #bbb; padding-top: 16px; }
-.row { display: flex; flex-wrap: wrap; gap: 16px; align-items: flex-start; }
+.row { display: flex; flex-wrap: wrap; gap: 12px; align-items: flex-start; }
 figure { margin: 0; }
 figure img { max-width: 100%; display: block; }
 figcaption { font-size: 14px; color: #555; padding-left: 10px; }
@@ -89,7 +89,7 @@ fn show_panel(html: &mut String, panel: &Panel) {
 }
 
 fn show_table(html: &mut String, table: &Table) {
-    let mut line = |cells: &[String], tag: &str| {
+    let line = |cells: &[String], tag: &str| {
         let cells = cells.iter().fold(String::new(), |mut line, cell| {
             // Writing to a string does not fail.
             let _ = write!(line, "<{tag}>{}</{tag}>", escaped(cell));
