@@ -48,6 +48,9 @@ impl Figures {
             for panel in plate.panels() {
                 panel.picture.save_png(&self.out.join(&panel.file))?;
             }
+            if let Some((file, picture)) = &plate.excerpt {
+                picture.save_png(&self.out.join(file))?;
+            }
             plates.push(plate);
         }
         let index = self.out.join("index.html");

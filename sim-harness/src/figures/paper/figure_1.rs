@@ -69,6 +69,7 @@ pub(super) fn draw() -> Result<Plate, FigureError> {
             ],
         }],
         tables: vec![table],
+        excerpt: None,
     })
 }
 

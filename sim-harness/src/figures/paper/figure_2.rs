@@ -20,9 +20,13 @@ const OBJECT_M: f32 = 0.05;
 const FINE_M: f64 = 0.002;
 const COARSE_M: f64 = 0.01;
 
+/// Probabilities that are drawn white and black.
+const WHITE_AT: f64 = 0.3;
+const BLACK_AT: f64 = 0.7;
+
 const CAPTION: &str = "From the inverse sensor model, one reading of an object at 50 mm, \
 nothing random in it. Left the occupancy probability over the sensor's plane, from white \
-(free) over grey (unknown) to black (occupied): the whole arc is called occupied, though \
+(0.3) over grey (0.5, unknown) to black (0.7): the whole arc is called occupied, though \
 the object fills only some of it. Right the probability along the sensor's axis with the \
 map's 10 mm cells, where the arc is two cells thick. Before the arc free, behind it unknown.";
 
@@ -31,8 +35,8 @@ pub(super) fn draw() -> Result<Plate, FigureError> {
     let cone = map(InverseSensorParameters::STANDARD, FINE_M);
     let shade = |x: f64, y: f64| {
         let p_occ = at(&cone, x, y);
-        // Between 0 and 255 for a probability.
-        [(255.0 * (1.0 - p_occ)).round() as u8; 3]
+        let darkness = (p_occ - WHITE_AT) / (BLACK_AT - WHITE_AT);
+        [(255.0 * (1.0 - darkness.clamp(0.0, 1.0))).round() as u8; 3]
     };
     let plane = Chart::plane(
         "(a) Occupancy in the plane, ISM standard",
@@ -77,6 +81,7 @@ pub(super) fn draw() -> Result<Plate, FigureError> {
             ],
         }],
         tables: Vec::new(),
+        excerpt: None,
     })
 }
 

@@ -15,14 +15,17 @@ use super::two_steps::{self, Cloud, OBJECT_M, PARTICLES, Step};
 /// Name of the figure and of its files.
 const NAME: &str = "figure-4";
 
-/// Width of a plot, pixels: four charts lie side by side on the page.
+/// Width of a plot, pixels: three charts lie side by side on the page.
 const PLOT_PX: usize = 320;
 
 /// Diameter of a particle, pixels.
 const DOT_PX: f64 = 3.0;
 
-pub(super) const DRAWN: Colour = [20, 110, 245];
+/// Particles that the step drew.
+const DRAWN: Colour = [20, 110, 245];
+/// Particles that survived.
 pub(super) const SURVIVED: Colour = [20, 20, 20];
+/// Particles that were rejected.
 pub(super) const REJECTED: Colour = [245, 150, 40];
 const CONTOUR: Colour = [150, 150, 150];
 const OBJECT: Colour = [225, 30, 30];
@@ -32,7 +35,9 @@ sensor at the origin sees an object 100 mm ahead (red cross) and drives towards 
 step. At t = 0 all particles are drawn along the arc of the reading. After a step of the \
 robot all particles have moved towards it; those that no longer fit the new reading are \
 rejected and drawn anew along its arc, and the others survive. The paper reports that 80 % \
-survive the first step. The grey lines are the reading's standard error contour.";
+survive the first step. The grey lines are the \
+reading's standard error contour; particles survive beyond it too, since the weight allows \
+for 8 mm of model error.";
 
 /// Draws the figure.
 pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
@@ -46,6 +51,7 @@ pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
         ];
         if time == 0 {
             let note = format!("{} particles drawn", step.drawn.len());
+            let drawn = [("drawn", DRAWN, &step.drawn)];
             weighed.push(panel(step, "t0-drawn", "t = 0: drawn", note, &drawn));
             continue;
         }
@@ -71,6 +77,7 @@ pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
         caption: CAPTION.to_owned(),
         rows: vec![row(weighed), row(redrawn)],
         tables: Vec::new(),
+        excerpt: None,
     })
 }
 

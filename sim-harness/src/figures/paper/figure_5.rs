@@ -33,7 +33,7 @@ sensor at t = 0. (a) Where particles survived and were rejected. (b) The map tha
 them: a particle that has survived both steps (gate g = 2) counts as occupied, a rejected \
 one as free. (c) The map of the inverse sensor model from the same three readings. Two \
 steps are enough to free the arc's ends, which the inverse sensor model still calls \
-occupied. The red block is drawn for its place; the readings are those of the sensor model \
+occupied; it in turn frees the space before the arc, of which no particle has told yet. The red block is drawn for its place; the readings are those of the sensor model \
 for an object of that distance. plus (our addition) counts a rejected particle only where \
 a sensor sees past it.";
 
@@ -47,27 +47,32 @@ pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
         ("b-plus", "plus, g = 2", counted(&plus)),
         ("c", "(c) ISM standard", ism),
     ];
-    let mut panels = vec![scatter(&paper)];
-    panels.extend(maps.map(|(letter, title, map)| Panel {
+    let scatters = vec![
+        scatter(&paper, "a", "(a) paper: particles"),
+        scatter(&plus, "a-plus", "plus: particles"),
+    ];
+    let maps = maps.map(|(letter, title, map)| Panel {
         file: format!("{NAME}-{letter}.png"),
         alternative: format!("Map after two steps: {title}"),
         note: String::new(),
         picture: picture(title, &map, &paper),
-    }));
+    });
+    let row = |panels| Row {
+        heading: String::new(),
+        panels,
+    };
     Ok(Plate {
         name: NAME.to_owned(),
         title: "Figure 5: from particles to a map".to_owned(),
         caption: CAPTION.to_owned(),
-        rows: vec![Row {
-            heading: String::new(),
-            panels,
-        }],
+        rows: vec![row(scatters), row(maps.into())],
         tables: Vec::new(),
+        excerpt: None,
     })
 }
 
 /// Both steps' particles where they were in the world.
-fn scatter(steps: &[Step]) -> Panel {
+fn scatter(steps: &[Step], letter: &str, title: &str) -> Panel {
     let in_world = |of: fn(&Step) -> &two_steps::Cloud| {
         let moved = |step: &Step| {
             let travelled_mm = 1e3 * f64::from(step.travelled_m);
@@ -81,16 +86,16 @@ fn scatter(steps: &[Step]) -> Panel {
     let survived = in_world(|step| &step.survived);
     let rejected = in_world(|step| &step.rejected);
     let chart = Chart::plane(
-        "(a) paper: particles",
+        title,
         Axis::linear("ahead of the first place, mm", 0.0, 140.0),
         Axis::linear("to its left, mm", -100.0, 100.0),
-        260,
+        320,
     )
     .with(Layer::new("survived", SURVIVED, survived))
     .with(Layer::new("rejected", REJECTED, rejected));
     Panel {
-        file: format!("{NAME}-a.png"),
-        alternative: "Survived and rejected particles of two steps".to_owned(),
+        file: format!("{NAME}-{letter}.png"),
+        alternative: format!("Survived and rejected particles of two steps, {title}"),
         note: String::new(),
         picture: chart.render(),
     }

@@ -4,7 +4,7 @@ use amiro_ipf::geometry::Pose;
 
 use crate::evaluation::{Scores, Truth};
 use crate::figures::map_picture::MapPicture;
-use crate::figures::picture::Picture;
+use crate::figures::picture::{Picture, beside};
 use crate::figures::window::Window;
 use crate::mapping::{InverseSensorParameters, Map, MaxRange, Occupancy};
 use crate::world::{Scenario, Vector};
@@ -17,6 +17,9 @@ use super::plate::{Panel, Plate, Row};
 
 /// Name of the figure and of its files.
 const NAME: &str = "figure-9";
+
+/// Name of the file with the T junction alone.
+const EXCERPT: &str = "t_junction.png";
 
 /// Longer side of a map, pixels: three lie side by side on the page.
 const SIDE_PX: usize = 370;
@@ -70,15 +73,18 @@ const CAPTION: &str = "Simulated, one seed. Maps of the paper's five scenarios w
 millimetre cells and 1000 particles a sensor; the letters are the paper's, maps without a \
 letter are additions. The ISM has its standard parameters unless it says tuned. A sensor \
 with nothing in range reads its limit; (c) and (d) differ in what the ISM makes of that. \
-In the paper as here, the particle filter needs no such rule, its block in (b), (e) and (g) \
-is less smeared, and at the T junction half way the ISM closes the openings to both sides \
-where the filter leaves them open. The numbers below a map: overall error (wrong cells over \
+In the paper as here, \
+the particle filter needs no such rule, and its block in (b), (e) and (g) is less smeared. \
+The profile paper counts every rejected particle as free, as the paper prints it, which frees \
+the inside of walls; plus leaves it unknown. At the T junction half way the ISM, tuned or not, \
+closes the openings to both sides with an arc where the filter leaves them open. The numbers below a map: overall error (wrong cells over \
 classified cells), share of the visible surface that was found, share of the visible free \
 space that was classified.";
 
 /// Draws the figure.
 pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
     let mut rows = Vec::new();
+    let mut excerpt = None;
     let wanted = [SINGLE, RING, DRIVE_BY, L_MAZE, T_MAZE];
     for (course, wanted) in Course::all()?.iter().zip(wanted) {
         let heading = format!("{}. {}", course.title(), course.scenario.about);
@@ -90,7 +96,12 @@ pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
         )?);
         // The T maze, which is the last one, has openings to judge half way.
         if course.title() == "T maze" {
-            rows.push(draw_half_way(course, seed)?);
+            let row = draw_half_way(course, seed)?;
+            let pictures = row.panels.iter().map(|panel| panel.picture.clone());
+            // ISM standard, paper and plus.
+            let pictures: Vec<_> = pictures.take(3).collect();
+            excerpt = Some((EXCERPT.to_owned(), beside(&pictures)));
+            rows.push(row);
         }
     }
     Ok(Plate {
@@ -99,11 +110,12 @@ pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
         caption: CAPTION.to_owned(),
         rows,
         tables: Vec::new(),
+        excerpt,
     })
 }
 
 /// The T junction, when the robot has come to the openings and turned into none.
-pub(super) fn draw_half_way(course: &Course, seed: u64) -> Result<Row, FigureError> {
+fn draw_half_way(course: &Course, seed: u64) -> Result<Row, FigureError> {
     let openings = course.scenario.openings.iter();
     let until_m = openings.map(|opening| opening.judged_at_m);
     let conditions = Conditions {
@@ -141,7 +153,7 @@ fn draw_row(
             let mut note = scored(map, &truth);
             if is_half_way {
                 let closed = closed_cells(&course.scenario, map);
-                note = format!("{note}; {closed} cells of the openings falsely occupied");
+                note = format!("{note}; falsely occupied cells in the openings: {closed}");
             }
             Panel {
                 file: format!("{NAME}-{letter}.png"),

@@ -19,8 +19,8 @@ const NAME: &str = "influence";
 /// Most seeds: more would take minutes and show the same.
 const MOST_SEEDS: usize = 4;
 
-/// Size of a plot, pixels: two charts lie side by side on the page.
-const PLOT_PX: (usize, usize) = (500, 280);
+/// Size of a plot, pixels: three charts lie side by side on the page.
+const PLOT_PX: (usize, usize) = (316, 260);
 
 /// The scenarios that are driven.
 const SCENARIOS: [&str; 2] = ["MSOD", "L maze"];
@@ -35,9 +35,9 @@ const CURVES: [(&str, Method, &str, Colour); 4] = [
 
 const CAPTION: &str = "Simulated; our own figure, the paper has none like it. Means over at \
 most four seeds, whiskers one standard deviation. Values on the horizontal axes stand \
-equally far apart, whatever lies between them. Left the overall error, right the surface \
-recall, for each without the other misleads: with few particles the error falls because \
-little wall is found at all.";
+equally far apart, whatever lies between them. The overall error alone misleads here: with \
+few particles it stays low, but less of the free space is classified at all; with a high \
+gate or much noise it stays low, but less of the surface is found.";
 
 /// What is varied.
 #[derive(Clone, Copy, Debug)]
@@ -122,22 +122,19 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<Plate, FigureError> {
         let names: Vec<_> = values.iter().map(|value| value.written()).collect();
         let axis = || Axis::named(label, &names);
         let panels = vec![
+            panel(file, ("oe", "Overall error"), axis(), &curves, |scores| {
+                scores.oe
+            }),
             panel(
                 file,
-                "oe",
-                "Overall error",
-                (axis(), 20.0),
-                &curves,
-                |scores| scores.oe,
-            ),
-            panel(
-                file,
-                "recall",
-                "Surface recall",
-                (axis(), 105.0),
+                ("recall", "Surface recall"),
+                axis(),
                 &curves,
                 |scores| scores.surface_recall,
             ),
+            panel(file, ("coverage", "Coverage"), axis(), &curves, |scores| {
+                scores.coverage
+            }),
         ];
         rows.push(Row {
             heading: heading.to_owned(),
@@ -151,6 +148,7 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<Plate, FigureError> {
         caption: CAPTION.to_owned(),
         rows,
         tables,
+        excerpt: None,
     })
 }
 
@@ -184,21 +182,23 @@ fn vary(
 
 fn panel(
     file: &str,
-    score: &str,
-    title: &str,
-    (axis, high): (Axis, f64),
+    (score, title): (&str, &str),
+    axis: Axis,
     curves: &[Vec<Point>],
     value: impl Fn(&Scores) -> Option<f64>,
 ) -> Panel {
     let alternative = format!("{title} against {}", axis.label());
+    let moments = |curve: &Vec<Point>| -> Vec<(f64, Moments)> {
+        let percent = |point: &Point| Moments::of(point.iter().map(&value)).times(100.0);
+        let places = (0_u32..).map(f64::from);
+        places.zip(curve.iter().map(percent)).collect()
+    };
+    let curves: Vec<_> = curves.iter().map(moments).collect();
+    let tops = curves.iter().flatten().map(|(_, m)| m.mean + m.deviation);
+    let high = 1.05 * tops.fold(1.0, f64::max);
     let vertical = Axis::linear("share, %", 0.0, high);
     let mut chart = Chart::new(title, axis, vertical, PLOT_PX);
-    for ((_, _, name, colour), curve) in CURVES.iter().zip(curves) {
-        let moments: Vec<_> = (0_u32..)
-            .map(f64::from)
-            .zip(curve)
-            .map(|(at, point)| (at, Moments::of(point.iter().map(&value)).times(100.0)))
-            .collect();
+    for ((_, _, name, colour), moments) in CURVES.iter().zip(&curves) {
         let means: Vec<_> = moments.iter().map(|(at, m)| (*at, m.mean)).collect();
         let spread = |(at, m): &(f64, Moments)| (*at, m.mean - m.deviation, m.mean + m.deviation);
         let marks = vec![

@@ -144,6 +144,7 @@ mod tests {
                 panels: vec![panel("one.png"), panel("two.png")],
             }],
             tables: vec![table],
+            excerpt: None,
         };
         let html = page(&[plate]);
         for wanted in [

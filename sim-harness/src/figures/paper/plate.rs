@@ -15,6 +15,8 @@ pub struct Plate {
     pub rows: Vec<Row>,
     /// Tables below the pictures.
     pub tables: Vec<Table>,
+    /// The picture for where there is room for only one, not on the page: file, picture.
+    pub excerpt: Option<(String, Picture)>,
 }
 
 /// Pictures that belong side by side.
