@@ -4,6 +4,7 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
+mod figures;
 mod image;
 mod replay;
 mod report;
@@ -27,6 +28,8 @@ struct Arguments {
 enum Command {
     /// Simulate the drive past a block, map it with both profiles, print the scores.
     Demo(demo::Demo),
+    /// Draw the paper's figures from simulated drives, and a page that shows them.
+    Figures(figures::Figures),
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
     /// Drive a simulated robot through a scenario and write the recording.
@@ -56,6 +59,7 @@ type Outcome = Result<Ending, Box<dyn Error>>;
 pub(crate) fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Demo(demo) => demo.run(),
+        Command::Figures(figures) => figures.run(),
         Command::Replay(replay) => replay.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Evaluate(evaluate) => evaluate.run(),

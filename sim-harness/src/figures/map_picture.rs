@@ -6,7 +6,7 @@ use crate::mapping::Map;
 
 use super::lettering::{INK, Lettering};
 use super::picture::{Colour, PAPER, Picture};
-use super::raster::{OCCUPIED, Raster, UNKNOWN};
+use super::raster::{OCCUPIED, Raster, UNKNOWN, WANTED_PX};
 use super::scale_bar::draw_scale_bar;
 use super::stroke::Stroke;
 use super::window::Window;
@@ -75,6 +75,14 @@ impl MapPicture<'_> {
     /// Costs two passes over the map's store and one over the picture.
     #[must_use]
     pub fn render(&self, map: &Map) -> Picture {
+        self.render_sized(map, WANTED_PX)
+    }
+
+    /// As [`render`](Self::render), with a longer side of about so many pixels.
+    ///
+    /// A cell has 3 pixels at least.
+    #[must_use]
+    pub(crate) fn render_sized(&self, map: &Map, side_px: usize) -> Picture {
         let Some(known) = Window::known(map) else {
             return self.framed(&unknown(), None);
         };
@@ -86,7 +94,7 @@ impl MapPicture<'_> {
             .filter_map(|(x, y)| map.cell_at(x, y))
             .fold(self.window.unwrap_or(known), Window::with)
             .widened(MARGIN_CELLS);
-        let raster = Raster::new(&window, map.cell_m());
+        let raster = Raster::new(&window, map.cell_m(), side_px);
         let mut drawing = raster.cells(map, &window);
         self.draw_lines(&mut drawing, &raster);
         self.framed(&drawing, Some(raster.pixel_m()))

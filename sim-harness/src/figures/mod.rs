@@ -4,9 +4,11 @@
 //! every run and machine. No clock, no system font, and of the float functions only
 //! those that round the same everywhere.
 
+mod chart;
 mod lettering;
 mod map_picture;
 mod map_server;
+mod paper;
 mod picture;
 mod raster;
 mod scale_bar;
@@ -15,6 +17,7 @@ mod window;
 
 pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH};
 pub use map_server::MapServerPair;
+pub use paper::{Figure, FigureError, Panel, Plate, Row, Table, page};
 pub use picture::{Colour, Picture, beside};
 pub use raster::{FREE, OCCUPIED, UNKNOWN};
 pub use window::Window;

@@ -19,7 +19,7 @@ pub const UNKNOWN: Colour = [160, 160, 160];
 const MAX_MAP_PX: usize = 3840;
 
 /// What the longer side of the map should have, pixels.
-const WANTED_PX: usize = 900;
+pub(crate) const WANTED_PX: usize = 900;
 
 /// A cell smaller than this is hard to see, pixels.
 const SMALLEST_CELL_PX: usize = 3;
@@ -41,11 +41,11 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
-    /// The raster that shows a window best.
-    pub(crate) fn new(window: &Window, cell_m: f64) -> Self {
+    /// The raster that shows a window best, its longer side of about `wanted_px`.
+    pub(crate) fn new(window: &Window, cell_m: f64, wanted_px: usize) -> Self {
         let cells = window.columns().max(window.rows());
         let fitting = (MAX_MAP_PX / cells).max(1);
-        let block_px = (WANTED_PX / cells)
+        let block_px = (wanted_px / cells)
             .clamp(SMALLEST_CELL_PX, LARGEST_CELL_PX)
             .min(fitting);
         let block_cells = cells.div_ceil(MAX_MAP_PX);

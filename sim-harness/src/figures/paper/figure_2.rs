@@ -1,0 +1,101 @@
+//! Figure 2: what the inverse sensor model makes of one reading.
+
+use amiro_ipf::event::Event;
+use amiro_ipf::filter::Profile;
+
+use crate::figures::chart::{Axis, Chart, Layer, Mark};
+use crate::mapping::{InverseSensorMapper, InverseSensorParameters, Map, Mapper};
+
+use super::FigureError;
+use super::one_sensor;
+use super::plate::{Panel, Plate, Row};
+
+/// Name of the figure and of its files.
+const NAME: &str = "figure-2";
+
+/// Distance of the object, metres.
+const OBJECT_M: f32 = 0.05;
+
+/// Cells of the cone and of the line along its axis, metres.
+const FINE_M: f64 = 0.002;
+const COARSE_M: f64 = 0.01;
+
+/// Probabilities that are drawn white and black.
+const WHITE_AT: f64 = 0.3;
+const BLACK_AT: f64 = 0.7;
+
+const CAPTION: &str = "From the inverse sensor model, one reading of an object at 50 mm, \
+nothing random in it. Left the occupancy probability over the sensor's plane, from white \
+(0.3) over grey (0.5, unknown) to black (0.7): the whole arc is called occupied, though \
+the object fills only some of it. Right the probability along the sensor's axis with the \
+map's 10 mm cells, where the arc is two cells thick. Before the arc free, behind it unknown.";
+
+/// Draws the figure.
+pub(super) fn draw() -> Result<Plate, FigureError> {
+    let cone = map(InverseSensorParameters::STANDARD, FINE_M);
+    let shade = |x: f64, y: f64| {
+        let p_occ = at(&cone, x, y);
+        let darkness = (p_occ - WHITE_AT) / (BLACK_AT - WHITE_AT);
+        [(255.0 * (1.0 - darkness.clamp(0.0, 1.0))).round() as u8; 3]
+    };
+    let plane = Chart::plane(
+        "(a) Occupancy in the plane, ISM standard",
+        Axis::linear("ahead of the sensor, mm", 0.0, 80.0),
+        Axis::linear("to its left, mm", -45.0, 45.0),
+        420,
+    )
+    .shaded(shade);
+    let line = |parameters| {
+        let coarse = map(parameters, COARSE_M);
+        let points = (0_u16..1200).map(|tenths| {
+            let x = 0.1 * f64::from(tenths) + 0.05;
+            (x, at(&coarse, x, 0.5))
+        });
+        vec![Mark::Line(points.collect(), 3.0)]
+    };
+    let standard = line(InverseSensorParameters::STANDARD);
+    let tuned = line(InverseSensorParameters::TUNED);
+    let axis = Chart::new(
+        "(b) Occupancy along the axis",
+        Axis::linear("ahead of the sensor, mm", 0.0, 120.0),
+        Axis::linear("probability of occupied", 0.0, 1.0),
+        (480, 340),
+    )
+    .with(Layer::new("ISM standard", [150, 150, 150], standard))
+    .with(Layer::new("ISM tuned", [30, 30, 30], tuned));
+    let panel = |file: &str, alternative: &str, chart: &Chart| Panel {
+        file: format!("{NAME}-{file}.png"),
+        alternative: alternative.to_owned(),
+        note: String::new(),
+        picture: chart.render(),
+    };
+    Ok(Plate {
+        name: NAME.to_owned(),
+        title: "Figure 2: the inverse sensor model".to_owned(),
+        caption: CAPTION.to_owned(),
+        rows: vec![Row {
+            heading: String::new(),
+            panels: vec![
+                panel("a", "Occupancy in the sensor's plane", &plane),
+                panel("b", "Occupancy along the sensor's axis", &axis),
+            ],
+        }],
+        tables: Vec::new(),
+        excerpt: None,
+    })
+}
+
+fn map(parameters: InverseSensorParameters, cell_m: f64) -> Map {
+    let config = one_sensor::config(Profile::Paper);
+    let mut mapper = InverseSensorMapper::new(cell_m, &config, parameters);
+    let step = one_sensor::step(0, 0.0, one_sensor::counts_at(OBJECT_M));
+    mapper.take(&Event::StepBegun(step));
+    mapper.map()
+}
+
+/// The probability at a place in millimetres.
+fn at(map: &Map, x_mm: f64, y_mm: f64) -> f64 {
+    let cell = map.cell_at(1e-3 * x_mm, 1e-3 * y_mm);
+    let p_occ = cell.and_then(|cell| map.get(cell));
+    f64::from(p_occ.copied().unwrap_or(0.5))
+}
