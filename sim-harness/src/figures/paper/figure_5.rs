@@ -31,11 +31,11 @@ const BLOCK_M: [(f64, f64); 4] = [(0.1, -0.025), (0.13, -0.025), (0.13, 0.025), 
 const CAPTION: &str = "Simulated, one seed; the two steps of figure 4, in the frame of the \
 sensor at t = 0. (a) Where particles survived and were rejected. (b) The map that counts \
 them: a particle that has survived both steps (gate g = 2) counts as occupied, a rejected \
-one as free. (c) The map of the inverse sensor model from the same three readings. Two \
-steps are enough to free the arc's ends, which the inverse sensor model still calls \
+one as free. (c) The map of the inverse sensor model from the same three readings. In (b) \
+two steps are enough to free the arc's ends, which the inverse sensor model still calls \
 occupied; it in turn frees the space before the arc, of which no particle has told yet. The red block is drawn for its place; the readings are those of the sensor model \
 for an object of that distance. plus (our addition) counts a rejected particle only where \
-a sensor sees past it.";
+a sensor sees past it, and has not freed the ends yet.";
 
 /// Draws the figure.
 pub(super) fn draw(seed: u64) -> Result<Plate, FigureError> {
