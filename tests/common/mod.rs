@@ -27,11 +27,6 @@ pub(crate) fn say_skipped(reason: &str) {
 }
 
 /// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.
-#[allow(
-    dead_code,
-    clippy::allow_attributes,
-    reason = "not every test program reads recordings"
-)]
 pub(crate) fn recordings() -> Option<PathBuf> {
     let folder = std::env::var_os("IPF_DATA").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
