@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::calibration::{Fixed, Table, fit};
+use sim_harness::figures::fit_picture;
 use sim_harness::output;
 
 use super::{Ending, Outcome};
@@ -17,7 +18,7 @@ pub(super) struct Calibrate {
     /// A parameter that is known already: alpha, beta, xi, delta or sigma.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     fix: Vec<String>,
-    /// Folder for `fit.csv` and `photometry.json`.
+    /// Folder for `fit.png`, `fit.csv` and `photometry.json`.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -33,6 +34,7 @@ impl Calibrate {
         println!("{fit}\n{}\n{}\n\n{json}", fit.residuals(), fit.rust());
         if let Some(folder) = &self.out {
             std::fs::create_dir_all(folder)?;
+            fit_picture(&fit).save_png(&folder.join("fit.png"))?;
             output::write(&folder.join("fit.csv"), fit.csv().as_bytes())?;
             output::write(
                 &folder.join("photometry.json"),

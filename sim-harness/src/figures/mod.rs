@@ -5,6 +5,7 @@
 //! those that round the same everywhere.
 
 mod chart;
+mod fit_picture;
 mod lettering;
 mod map_picture;
 mod map_server;
@@ -15,6 +16,7 @@ mod scale_bar;
 mod stroke;
 mod window;
 
+pub use fit_picture::fit_picture;
 pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH};
 pub use map_server::MapServerPair;
 pub use paper::{Figure, FigureError, Panel, Plate, Row, Table, page};
