@@ -4,7 +4,7 @@ use amiro_ipf::event::{Event, StepDone};
 use amiro_ipf::geometry::Pose;
 use serde::Serialize;
 
-use crate::mapping::{CountingMapper, Map, Occupancy};
+use crate::mapping::{CountingMapper, Map, Mapper, Occupancy};
 
 /// Collects a run's events, from a host's node or from a board alike.
 #[derive(Clone, Debug)]
@@ -56,14 +56,11 @@ impl Survey {
 
     /// Takes the next event.
     pub fn take(&mut self, event: &Event) {
+        self.mapper.take(event);
         match event {
-            Event::StepBegun(step) => {
-                self.poses.push(step.pose);
-                self.mapper.begin_step(step);
-            }
-            Event::Particles(particles) => self.mapper.count(&particles.outcomes),
+            Event::StepBegun(step) => self.poses.push(step.pose),
             Event::StepDone(done) => self.figures.add(done),
-            Event::Boot(_) | Event::Configured(_) | Event::Answer { .. } | Event::Status(_) => {}
+            _ => {}
         }
     }
 
@@ -98,8 +95,8 @@ impl Survey {
             .map(|(from, to)| ((to.0 - from.0).powi(2) + (to.1 - from.1).powi(2)).sqrt());
         let path_m: f64 = lengths.sum();
         let gaps = path.len().saturating_sub(1);
+        let map = self.map();
         let count = |wanted: Occupancy| {
-            let map = self.map();
             let cells = map.iter().filter(|(_, p)| Occupancy::of(**p) == wanted);
             cells.count() as u64
         };
