@@ -79,6 +79,7 @@
 
 pub mod checksum;
 pub mod config;
+pub mod driver;
 pub mod event;
 pub mod fault;
 pub mod filter;

@@ -1,0 +1,9 @@
+//! The parts on the robot's I2C buses, for anyone who has one of them.
+//!
+//! Each part is described once, as the [`Transaction`]s that it understands and as what
+//! their answers mean. Two things execute them: a blocking bus of embedded-hal 1.0,
+//! behind the drivers' methods, and the flash image's interrupts.
+
+mod transaction;
+
+pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
