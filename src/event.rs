@@ -35,6 +35,12 @@ pub enum Event {
     },
     /// How the node and the board are, at 8 Hz.
     Status(Status),
+    /// The odometry broke off: the particles are forgotten, and what was found before
+    /// and what is found now share no origin.
+    BrokeOff {
+        /// Stamp of the first pose after it.
+        stamp_us: u64,
+    },
 }
 
 /// Who speaks.

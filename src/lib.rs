@@ -19,7 +19,8 @@
 //! - [`sensor`], [`kinematics`]: the two models of the paper, sections 4.3 and 4.4.
 //! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
-//! - [`odometry`], [`pacing`], [`node`]: the portable program, from inputs to events.
+//! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
+//!   to events.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -91,6 +92,7 @@ pub mod node;
 pub mod odometry;
 pub mod pacing;
 pub mod random;
+pub mod sampling;
 pub mod sensor;
 pub mod wire;
 

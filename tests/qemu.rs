@@ -148,7 +148,7 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
     };
     let mut start = vec![Input::Configure(config)];
     start.extend(inputs(1));
-    drive(&mut board, &start, |_| (), || ()).unwrap();
+    drive(&mut board, &start, |_| (), |_, _| ()).unwrap();
     // Ten seconds of the board's own time between two of its statuses.
     let mut first: Option<Status> = None;
     loop {

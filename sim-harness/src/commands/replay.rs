@@ -154,9 +154,14 @@ impl Replay {
     ) -> Result<Run, Box<dyn Error>> {
         let mut comparison = Comparison::default();
         let outcome = run(config, inputs, |event| comparison.expect(event))?;
-        if outcome.faults().next().is_some() {
-            warn_of_refused_inputs(&outcome);
-        }
+        warn_of_refused_inputs(&outcome);
+        // The configuration goes in front.
+        let refusals: Vec<_> = outcome
+            .refusals
+            .iter()
+            .map(|&(input, fault)| (input + 1, fault))
+            .collect();
+        comparison.expect_refusals(&refusals);
         let (ran_on, mut board) = if self.on == "qemu" {
             ("QEMU (emulated)", self.qemu()?)
         } else {
@@ -173,6 +178,7 @@ impl Replay {
         let mut all = vec![Input::Configure(*config)];
         all.extend_from_slice(inputs);
         let bar = progress("inputs", Some(all.len() as u64));
+        let mut answers = Vec::with_capacity(all.len());
         let driven = drive(
             &mut board,
             &all,
@@ -184,10 +190,16 @@ impl Replay {
                     slowest_step = slowest_step.max(status.board.step_cycles_max);
                 }
             },
-            || bar.inc(1),
+            |input, refused| {
+                answers.push((input, refused));
+                bar.inc(1);
+            },
         );
         bar.finish_and_clear();
         driven?;
+        for (input, refused) in answers {
+            comparison.meet_answer(input, refused);
+        }
         if self.count_instructions {
             let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
             println!("longest step: {instructions:.2} million instructions (emulated)");

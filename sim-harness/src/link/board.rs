@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
 use amiro_ipf::event::{Boot, Event};
-use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Decoder, Encoder, Frame, Losses, Message, Outgoing, Received, WIRE_VERSION};
 
@@ -47,13 +46,6 @@ pub enum LinkError {
         /// The first input without an answer, from 0.
         input: usize,
     },
-    /// It refused an input that the host's own node takes.
-    Refused {
-        /// Which input, from 0.
-        input: usize,
-        /// Why.
-        fault: Fault,
-    },
 }
 
 impl fmt::Display for LinkError {
@@ -80,7 +72,6 @@ impl fmt::Display for LinkError {
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
             }
-            Self::Refused { input, fault } => write!(f, "input {input} was refused: {fault}"),
         }
     }
 }
