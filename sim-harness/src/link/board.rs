@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
 use amiro_ipf::event::{Boot, Event};
+use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Decoder, Encoder, Frame, Losses, Message, Outgoing, Received, WIRE_VERSION};
 
@@ -41,6 +42,8 @@ pub enum LinkError {
     },
     /// It said nothing within the deadline.
     Silent,
+    /// It refused the configuration.
+    Refused(Fault),
     /// It started anew in the middle of a run: what it knew is gone.
     Restarted {
         /// The first input without an answer, from 0.
@@ -68,6 +71,7 @@ impl fmt::Display for LinkError {
                 "input {input} was not answered within {} s",
                 ANSWER_DEADLINE.as_secs()
             ),
+            Self::Refused(fault) => write!(f, "the board refused the configuration: {fault}"),
             Self::Silent => f.write_str("the board fell silent"),
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
