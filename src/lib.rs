@@ -14,7 +14,7 @@
 //! counts, odometry -> Input -> Node::handle -> InverseParticleFilter::step -> Event -> frame
 //! ```
 //!
-//! - [`math`], [`geometry`], [`random`], [`checksum`]: numbers; the only float
+//! - [`math`], [`geometry`], [`random`], [`seed`], [`checksum`]: numbers; the only float
 //!   functions, the only randomness.
 //! - [`sensor`], [`kinematics`]: the two models of the paper, sections 4.3 and 4.4.
 //! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
@@ -93,6 +93,7 @@ pub mod odometry;
 pub mod pacing;
 pub mod random;
 pub mod sampling;
+pub mod seed;
 pub mod sensor;
 pub mod wire;
 

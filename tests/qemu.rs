@@ -89,7 +89,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
                 last = Some(*status);
             }
         },
-        || (),
+        |_, _| (),
     )
     .unwrap();
     let verdict = comparison.verdict(board.boot(), board.lost_frames());
