@@ -12,6 +12,7 @@ mod memory;
 mod qemu;
 mod record;
 mod serial;
+mod srecord;
 
 pub use board::{Board, LinkError};
 pub use comparison::{Comparison, Verdict};
@@ -19,3 +20,4 @@ pub use image::{Image, ImageError, Layout, build_image};
 pub use lockstep::drive;
 pub use qemu::QemuOptions;
 pub use record::{RecordError, record};
+pub use srecord::to_s_records;
