@@ -20,6 +20,7 @@
 //! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
 //! - [`odometry`], [`pacing`], [`node`]: the portable program, from inputs to events.
+//! - [`can`]: the robot's own bus; what its modules say and what it is told.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -77,6 +78,7 @@
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
 )]
 
+pub mod can;
 pub mod checksum;
 pub mod config;
 pub mod driver;
