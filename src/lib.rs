@@ -21,6 +21,7 @@
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
 //! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
 //!   to events.
+//! - [`can`]: the robot's own bus; what its modules say and what it is told.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -78,6 +79,7 @@
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
 )]
 
+pub mod can;
 pub mod checksum;
 pub mod config;
 pub mod driver;
