@@ -9,7 +9,6 @@
 //! START or STOP in the middle of a byte.
 
 mod at24c01;
-mod cadence;
 mod device;
 mod fake_bus;
 mod fault;
@@ -17,7 +16,6 @@ mod master;
 mod pca9544a;
 mod robot;
 mod script;
-mod thresholds;
 mod transcript;
 mod vcnl4020;
 

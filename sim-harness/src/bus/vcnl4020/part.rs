@@ -1,35 +1,12 @@
-//! VCNL4020: proximity and ambient light, behind seventeen registers.
+//! The part: what it says on the bus, and what it sees.
 
 use std::collections::VecDeque;
 
-use super::cadence::Cadence;
-use super::thresholds::{Quantity, Thresholds};
-use super::{Device, Fault, SensorFault};
+use super::registers::{PROXIMITY_NS, Registers, Timing};
+use crate::bus::{Device, Fault, SensorFault};
 
 /// The only address there is.
 const ADDRESS: u8 = 0x13;
-/// Register 0x81: product 2, revision 1.
-const ID: u8 = 0x21;
-/// Between two proximity measurements at rate 7, 250 a second.
-const SHORTEST_PERIOD_NS: u64 = 4_000_000;
-/// Ambient measurements a second for the eight rates of register 0x84.
-const AMBIENT_PER_S: [u64; 8] = [1, 2, 3, 4, 5, 6, 8, 10];
-/// How long a proximity measurement takes. Not from the maker, who gives no figure.
-const PROXIMITY_NS: u64 = 400_000;
-/// How long an ambient measurement takes. Not from the maker either.
-const AMBIENT_NS: u64 = 100_000_000;
-
-/// Bits of the command register.
-mod command {
-    pub(super) const LOCK: u8 = 0x80;
-    pub(super) const AMBIENT_READY: u8 = 0x40;
-    pub(super) const PROXIMITY_READY: u8 = 0x20;
-    pub(super) const AMBIENT_ONCE: u8 = 0x10;
-    pub(super) const PROXIMITY_ONCE: u8 = 0x08;
-    pub(super) const AMBIENT: u8 = 0x04;
-    pub(super) const PROXIMITY: u8 = 0x02;
-    pub(super) const SELF_TIMED: u8 = 0x01;
-}
 
 /// What the master is doing with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,46 +22,21 @@ enum Talk {
     Read,
 }
 
-/// What is lost with the supply.
-#[derive(Clone, Debug)]
-struct Registers {
-    command: u8,
-    proximity_rate: u8,
-    led_current: u8,
-    ambient: u8,
-    ambient_result: u16,
-    proximity_result: u16,
-    thresholds: Thresholds,
-    modulator: u8,
-    periodic_proximity: Option<Cadence>,
-    periodic_ambient: Option<Cadence>,
-    /// When measurements on demand end.
-    single_proximity_ns: Option<u64>,
-    single_ambient_ns: Option<u64>,
-    /// The register that the next byte goes to or comes from.
-    pointer: u8,
-    /// The lower half that belongs to an upper half that was read, if the part latches.
-    latched: Option<u8>,
+/// What the sensor sees, in counts.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Light {
+    signal: u16,
+    coming: VecDeque<u16>,
+    pub(super) ambient: u16,
 }
 
-impl Registers {
-    fn at_power_up() -> Self {
-        Self {
-            command: command::LOCK,
-            proximity_rate: 0,
-            led_current: 0x02,
-            ambient: 0x1d,
-            ambient_result: 0,
-            proximity_result: 0,
-            thresholds: Thresholds::default(),
-            modulator: 0x01,
-            periodic_proximity: None,
-            periodic_ambient: None,
-            single_proximity_ns: None,
-            single_ambient_ns: None,
-            pointer: 0,
-            latched: None,
+impl Light {
+    /// What the next proximity measurement gives.
+    pub(super) fn next_signal(&mut self) -> u16 {
+        if let Some(signal) = self.coming.pop_front() {
+            self.signal = signal;
         }
+        self.signal
     }
 }
 
@@ -98,28 +50,31 @@ impl Registers {
 #[derive(Clone, Debug)]
 pub struct Vcnl4020 {
     registers: Registers,
+    /// The register that the next byte goes to or comes from.
+    pointer: u8,
     talk: Talk,
     plugged: bool,
     latches: bool,
-    phase_ns: u64,
-    clock_error_ppm: i32,
-    signal: u16,
-    coming: VecDeque<u16>,
-    ambient: u16,
+    /// The lower half that belongs to an upper half that was read, if the part latches.
+    latched: Option<u8>,
+    timing: Timing,
+    light: Light,
 }
 
 impl Default for Vcnl4020 {
     fn default() -> Self {
         Self {
             registers: Registers::at_power_up(),
+            pointer: 0,
             talk: Talk::Silent,
             plugged: true,
             latches: false,
-            phase_ns: PROXIMITY_NS,
-            clock_error_ppm: 0,
-            signal: 0,
-            coming: VecDeque::new(),
-            ambient: 0,
+            latched: None,
+            timing: Timing {
+                phase_ns: PROXIMITY_NS,
+                error_ppm: 0,
+            },
+            light: Light::default(),
         }
     }
 }
@@ -136,186 +91,67 @@ impl Vcnl4020 {
 
     /// Sets how long after periodic proximity is switched on the first result comes.
     pub fn set_phase(&mut self, phase_ns: u64) {
-        self.phase_ns = phase_ns;
+        self.timing.phase_ns = phase_ns;
     }
 
     /// Makes its clock slower by so many millionths; holds from the next switching on.
     pub fn set_clock_error(&mut self, ppm: i32) {
-        self.clock_error_ppm = ppm;
+        self.timing.error_ppm = ppm;
     }
 
     /// What proximity measurements give from now on, in counts.
     ///
     /// On a bus the time that has passed must be told before: see
-    /// [`FakeBus::parts_mut`](super::FakeBus::parts_mut).
+    /// [`FakeBus::parts_mut`](crate::bus::FakeBus::parts_mut).
     pub fn set_signal(&mut self, raw: u16) {
-        self.coming.clear();
-        self.signal = raw;
+        self.light.coming.clear();
+        self.light.signal = raw;
     }
 
     /// What the next proximity measurements give, one after the other; the last stays.
     pub fn queue_signals(&mut self, raw: impl IntoIterator<Item = u16>) {
-        self.coming.extend(raw);
+        self.light.coming.extend(raw);
     }
 
     /// What ambient measurements give from now on, in counts.
     pub fn set_ambient(&mut self, raw: u16) {
-        self.ambient = raw;
+        self.light.ambient = raw;
     }
 
     /// A register's content as a read would give it, without reading it.
     #[must_use]
     pub fn register(&self, register: u8) -> u8 {
-        let is = &self.registers;
-        let [ambient_high, ambient_low] = is.ambient_result.to_be_bytes();
-        let [proximity_high, proximity_low] = is.proximity_result.to_be_bytes();
-        match register {
-            0x80 => is.command,
-            0x81 => ID,
-            0x82 => is.proximity_rate,
-            0x83 => is.led_current,
-            0x84 => is.ambient,
-            0x85 => ambient_high,
-            0x86 => ambient_low,
-            0x87 => proximity_high,
-            0x88 => proximity_low,
-            0x89 => is.thresholds.control,
-            0x8a => half_of(is.thresholds.low, 0),
-            0x8b => half_of(is.thresholds.low, 1),
-            0x8c => half_of(is.thresholds.high, 0),
-            0x8d => half_of(is.thresholds.high, 1),
-            0x8e => is.thresholds.status,
-            0x8f => is.modulator,
-            _ => 0,
-        }
-    }
-
-    fn set_register(&mut self, register: u8, value: u8, now_ns: u64) {
-        let is = &mut self.registers;
-        let self_timed = is.command & command::SELF_TIMED != 0;
-        match register {
-            0x80 => self.command(value, now_ns),
-            0x82 if !self_timed => is.proximity_rate = value & 0x07,
-            0x83 => is.led_current = is.led_current & 0xc0 | value & 0x3f,
-            0x84 if is.single_ambient_ns.is_some() => {}
-            // Its rate is in bits 6 to 4.
-            0x84 if self_timed => is.ambient = is.ambient & 0x70 | value & 0x8f,
-            0x84 => is.ambient = value,
-            0x89 => is.thresholds.control = value & 0xef,
-            0x8a => set_half(&mut is.thresholds.low, 0, value),
-            0x8b => set_half(&mut is.thresholds.low, 1, value),
-            0x8c => set_half(&mut is.thresholds.high, 0, value),
-            0x8d => set_half(&mut is.thresholds.high, 1, value),
-            0x8e => is.thresholds.status &= !(value & 0x0f),
-            0x8f => is.modulator = value,
-            _ => {}
-        }
-    }
-
-    fn command(&mut self, value: u8, now_ns: u64) {
-        let (phase_ns, error_ppm) = (self.phase_ns, self.clock_error_ppm);
-        let is = &mut self.registers;
-        let modes = command::SELF_TIMED | command::PROXIMITY | command::AMBIENT;
-        is.command = is.command & !modes | value & modes;
-        let self_timed = value & command::SELF_TIMED != 0;
-        let asked = |bit| value & bit != 0;
-
-        let proximity_ns = SHORTEST_PERIOD_NS << (7 - is.proximity_rate);
-        is.periodic_proximity = (self_timed && asked(command::PROXIMITY)).then(|| {
-            let new = Cadence::new(now_ns + phase_ns, proximity_ns, error_ppm);
-            is.periodic_proximity.unwrap_or(new)
-        });
-        let ambient_ns = 1_000_000_000 / AMBIENT_PER_S[usize::from(is.ambient >> 4 & 7)];
-        is.periodic_ambient = (self_timed && asked(command::AMBIENT)).then(|| {
-            let new = Cadence::new(now_ns + AMBIENT_NS, ambient_ns, error_ppm);
-            is.periodic_ambient.unwrap_or(new)
-        });
-
-        if self_timed {
-            is.single_proximity_ns = None;
-            is.single_ambient_ns = None;
-        } else {
-            if asked(command::PROXIMITY_ONCE) {
-                is.single_proximity_ns.get_or_insert(now_ns + PROXIMITY_NS);
-            }
-            if asked(command::AMBIENT_ONCE) {
-                is.single_ambient_ns.get_or_insert(now_ns + AMBIENT_NS);
-            }
-        }
-        self.show_single();
-    }
-
-    /// The bits of measurements on demand are set while those are under way.
-    fn show_single(&mut self) {
-        let is = &mut self.registers;
-        is.command &= !(command::PROXIMITY_ONCE | command::AMBIENT_ONCE);
-        if is.single_proximity_ns.is_some() {
-            is.command |= command::PROXIMITY_ONCE;
-        }
-        if is.single_ambient_ns.is_some() {
-            is.command |= command::AMBIENT_ONCE;
-        }
-    }
-
-    fn measure_proximity(&mut self) {
-        if let Some(signal) = self.coming.pop_front() {
-            self.signal = signal;
-        }
-        let is = &mut self.registers;
-        is.proximity_result = self.signal;
-        is.command |= command::PROXIMITY_READY;
-        is.thresholds.judge(Quantity::Proximity, self.signal);
-    }
-
-    fn measure_ambient(&mut self) {
-        let is = &mut self.registers;
-        is.ambient_result = self.ambient;
-        is.command |= command::AMBIENT_READY;
-        is.thresholds.judge(Quantity::Ambient, self.ambient);
+        self.registers.get(register)
     }
 
     /// What reading a register gives and does.
-    fn take_register(&mut self, register: u8) -> u8 {
-        let value = self.register(register);
+    fn take(&mut self, register: u8) -> u8 {
         let latches_now = self.latches && matches!(register, 0x85 | 0x87);
-        let lower = latches_now.then(|| self.register(register + 1));
-        let is = &mut self.registers;
-        match register {
-            0x85 | 0x86 => is.command &= !command::AMBIENT_READY,
-            0x87 | 0x88 => is.command &= !command::PROXIMITY_READY,
-            _ => {}
-        }
-        match core::mem::replace(&mut is.latched, lower) {
+        let lower = latches_now.then(|| self.registers.get(register + 1));
+        let value = self.registers.take(register);
+        match core::mem::replace(&mut self.latched, lower) {
             Some(latched) if matches!(register, 0x86 | 0x88) => latched,
             _ => value,
         }
     }
 
     fn next_register(&mut self) -> u8 {
-        let register = self.registers.pointer;
-        self.registers.pointer = register.wrapping_add(1);
+        let register = self.pointer;
+        self.pointer = register.wrapping_add(1);
         register
     }
-}
 
-fn half_of(value: u16, half: usize) -> u8 {
-    value.to_be_bytes()[half]
-}
-
-fn set_half(value: &mut u16, half: usize, byte: u8) {
-    let mut bytes = value.to_be_bytes();
-    bytes[half] = byte;
-    *value = u16::from_be_bytes(bytes);
-}
-
-fn has_ended(cadence: &mut Option<Cadence>, now_ns: u64) -> bool {
-    cadence.as_mut().is_some_and(|it| it.has_ended(now_ns))
+    fn power_up(&mut self) {
+        self.registers = Registers::at_power_up();
+        self.pointer = 0;
+        self.talk = Talk::Silent;
+    }
 }
 
 impl Device for Vcnl4020 {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.pass(now_ns);
-        self.registers.latched = None;
+        self.latched = None;
         self.talk = match (self.plugged && address == ADDRESS, read) {
             (false, _) => Talk::Silent,
             (true, false) => Talk::Register,
@@ -329,12 +165,12 @@ impl Device for Vcnl4020 {
         match self.talk {
             Talk::Silent | Talk::Read => return false,
             Talk::Register => {
-                self.registers.pointer = byte;
+                self.pointer = byte;
                 self.talk = Talk::Write;
             }
             Talk::Write => {
                 let register = self.next_register();
-                self.set_register(register, byte, now_ns);
+                self.registers.set(register, byte, self.timing, now_ns);
             }
         }
         true
@@ -346,7 +182,7 @@ impl Device for Vcnl4020 {
             return 0xff;
         }
         let register = self.next_register();
-        self.take_register(register)
+        self.take(register)
     }
 
     fn stop(&mut self, now_ns: u64) {
@@ -355,34 +191,11 @@ impl Device for Vcnl4020 {
     }
 
     fn pass(&mut self, now_ns: u64) {
-        while has_ended(&mut self.registers.periodic_proximity, now_ns) {
-            self.measure_proximity();
-        }
-        while has_ended(&mut self.registers.periodic_ambient, now_ns) {
-            self.measure_ambient();
-        }
-        if self
-            .registers
-            .single_proximity_ns
-            .is_some_and(|end_ns| end_ns <= now_ns)
-        {
-            self.registers.single_proximity_ns = None;
-            self.show_single();
-            self.measure_proximity();
-        }
-        if self
-            .registers
-            .single_ambient_ns
-            .is_some_and(|end_ns| end_ns <= now_ns)
-        {
-            self.registers.single_ambient_ns = None;
-            self.show_single();
-            self.measure_ambient();
-        }
+        self.registers.pass(&mut self.light, now_ns);
     }
 
     fn interrupts(&self) -> bool {
-        self.plugged && self.registers.thresholds.status != 0
+        self.plugged && self.registers.interrupts()
     }
 
     fn suffer(&mut self, fault: Fault, now_ns: u64) -> bool {
@@ -391,12 +204,7 @@ impl Device for Vcnl4020 {
         };
         self.pass(now_ns);
         if fault == SensorFault::Measures {
-            let Some(cadence) = &mut self.registers.periodic_proximity else {
-                return false;
-            };
-            cadence.end_at(now_ns);
-            self.pass(now_ns);
-            return true;
+            return self.registers.end_proximity(&mut self.light, now_ns);
         }
         let was_plugged = self.plugged;
         self.plugged = match fault {
@@ -406,8 +214,7 @@ impl Device for Vcnl4020 {
         };
         let struck = fault == SensorFault::Reset && was_plugged || self.plugged != was_plugged;
         if struck {
-            self.registers = Registers::at_power_up();
-            self.talk = Talk::Silent;
+            self.power_up();
         }
         struck
     }
@@ -415,6 +222,7 @@ impl Device for Vcnl4020 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::registers::AMBIENT_NS;
     use super::*;
 
     const MS: u64 = 1_000_000;
