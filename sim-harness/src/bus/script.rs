@@ -1,5 +1,7 @@
 //! When which fault strikes.
 
+use std::ops::RangeInclusive;
+
 use amiro_ipf::random::{Generator, uniform_below};
 
 use super::Fault;
@@ -25,36 +27,40 @@ struct Entry {
 #[derive(Clone, Debug)]
 pub struct Random {
     kinds: Vec<Fault>,
-    gap: u32,
-    next: u64,
+    distances: RangeInclusive<u32>,
+    /// The byte that is struck next; unknown until there is a first one.
+    next: Option<u64>,
     generator: Generator,
 }
 
 impl Random {
-    /// One of `kinds`, each as likely as the others, every `gap` bytes on average.
+    /// One of `kinds`, each as likely as the others, at distances of so many bytes, all
+    /// of them as likely.
     ///
-    /// Distances are uniform from 1 to twice the gap, less one.
+    /// A least distance longer than an exchange keeps two faults out of the same one.
     #[must_use]
-    pub fn new(kinds: Vec<Fault>, gap: u32, seed: u64) -> Self {
-        let mut random = Self {
+    pub fn new(kinds: Vec<Fault>, distances: RangeInclusive<u32>, seed: u64) -> Self {
+        Self {
             kinds,
-            gap: gap.max(1),
-            next: 0,
+            distances,
+            next: None,
             generator: Generator::seeded(seed),
-        };
-        random.next = random.distance() - 1;
-        random
+        }
     }
 
     fn distance(&mut self) -> u64 {
-        1 + u64::from(uniform_below(&mut self.generator, 2 * self.gap - 1))
+        let least = (*self.distances.start()).max(1);
+        let most = (*self.distances.end()).max(least);
+        u64::from(least + uniform_below(&mut self.generator, most - least + 1))
     }
 
     fn strikes(&mut self, byte: u64) -> Option<Fault> {
-        if byte < self.next {
+        let next = self.next.unwrap_or_else(|| byte + self.distance() - 1);
+        self.next = Some(next);
+        if byte < next {
             return None;
         }
-        self.next = byte + self.distance();
+        self.next = Some(byte + self.distance());
         let kinds = u32::try_from(self.kinds.len()).ok()?;
         let kind = uniform_below(&mut self.generator, kinds);
         self.kinds.get(kind as usize).copied()
@@ -168,7 +174,7 @@ mod tests {
     fn random_faults_come_as_often_as_asked_and_again_for_the_same_seed() {
         let faults = |seed| -> Vec<(u64, Fault)> {
             let mut script = Script::default();
-            script.at_random(Some(Random::new(vec![LOST, REFUSED], 10, seed)));
+            script.at_random(Some(Random::new(vec![LOST, REFUSED], 1..=19, seed)));
             let at = |byte| {
                 script
                     .strikes(byte, 0)
@@ -181,6 +187,9 @@ mod tests {
             let struck = faults(seed);
             assert_eq!(struck, faults(seed));
             assert_ne!(struck, faults(seed + 3));
+            let near = |(a, b): (&(u64, Fault), &(u64, Fault))| b.0 - a.0;
+            let distances: Vec<u64> = struck.iter().zip(&struck[1..]).map(near).collect();
+            assert!(distances.iter().all(|distance| (1..=19).contains(distance)));
             // Distances of 1 to 19: sigma 5.5, so 4 sigma of 10 000 of them are 220 faults'
             // worth; of the kinds 4 sqrt(10 000 / 4) = 200.
             let number = struck.len() as f64;
@@ -193,7 +202,7 @@ mod tests {
     #[test]
     fn a_random_fault_may_strike_every_byte() {
         let mut script = Script::default();
-        script.at_random(Some(Random::new(vec![LOST], 1, 1)));
+        script.at_random(Some(Random::new(vec![LOST], 1..=1, 1)));
         assert!((0..100).all(|byte| script.strikes(byte, 0) == [LOST]));
         script.clear();
         assert!(script.strikes(100, 0).is_empty());

@@ -99,6 +99,17 @@ impl Vcnl4020 {
         self.timing.error_ppm = ppm;
     }
 
+    /// Makes it another part, that says so in register 0x81.
+    pub fn set_identity(&mut self, identity: u8) {
+        self.registers.identity = identity;
+    }
+
+    /// The periodic proximity measurement under way, if any, ends so much later, and
+    /// with it all that follow.
+    pub fn delay(&mut self, by_ns: u64) {
+        self.registers.delay_proximity(by_ns);
+    }
+
     /// What proximity measurements give from now on, in counts.
     ///
     /// On a bus the time that has passed must be told before: see
@@ -142,7 +153,9 @@ impl Vcnl4020 {
     }
 
     fn power_up(&mut self) {
+        let identity = self.registers.identity;
         self.registers = Registers::at_power_up();
+        self.registers.identity = identity;
         self.pointer = 0;
         self.talk = Talk::Silent;
     }
@@ -404,6 +417,33 @@ mod tests {
             [0, 2],
             "without proximity"
         );
+    }
+
+    #[test]
+    fn a_delay_moves_all_results_to_come() {
+        let mut sensor = measuring();
+        sensor.queue_signals(1..=9);
+        sensor.pass(MS);
+        sensor.delay(5 * MS);
+        for (now_ns, expected) in [
+            (14 * MS - 1, 1),
+            (14 * MS, 2),
+            (22 * MS - 1, 2),
+            (22 * MS, 3),
+        ] {
+            sensor.pass(now_ns);
+            assert_eq!(sensor.register(0x88), expected, "{now_ns} ns");
+        }
+        Vcnl4020::default().delay(1);
+    }
+
+    #[test]
+    fn another_part_says_so_after_a_reset_as_well() {
+        let mut sensor = Vcnl4020::default();
+        sensor.set_identity(0x32);
+        let fault = SensorFault::Reset;
+        assert!(sensor.suffer(Fault::Sensor { channel: 0, fault }, 0));
+        assert_eq!(read(&mut sensor, 0x81, 0), [0x32]);
     }
 
     #[test]

@@ -40,6 +40,7 @@ pub(super) struct Timing {
 #[derive(Clone, Debug)]
 pub(super) struct Registers {
     command: u8,
+    pub(super) identity: u8,
     proximity_rate: u8,
     led_current: u8,
     ambient: u8,
@@ -58,6 +59,7 @@ impl Registers {
     pub(super) fn at_power_up() -> Self {
         Self {
             command: command::LOCK,
+            identity: ID,
             proximity_rate: 0,
             led_current: 0x02,
             ambient: 0x1d,
@@ -78,7 +80,7 @@ impl Registers {
         let [proximity_high, proximity_low] = self.proximity_result.to_be_bytes();
         match register {
             0x80 => self.command,
-            0x81 => ID,
+            0x81 => self.identity,
             0x82 => self.proximity_rate,
             0x83 => self.led_current,
             0x84 => self.ambient,
@@ -201,6 +203,13 @@ impl Registers {
         cadence.end_at(now_ns);
         self.pass(light, now_ns);
         true
+    }
+
+    /// The periodic proximity measurement under way ends later.
+    pub(super) fn delay_proximity(&mut self, by_ns: u64) {
+        if let Some(cadence) = &mut self.periodic_proximity {
+            cadence.delay(by_ns);
+        }
     }
 
     fn measure_proximity(&mut self, light: &mut Light) {
