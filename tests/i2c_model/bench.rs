@@ -25,8 +25,12 @@ pub(crate) struct Bench {
     pub(crate) master: Master<Wired>,
     /// An interrupt comes at most so much late, nanoseconds.
     pub(crate) lateness_ns: u32,
+    /// One call, counted from 1, comes later by so many nanoseconds.
+    pub(crate) late_call: Option<(u32, u64)>,
     /// Calls of the event and error handlers in the last transaction.
     pub(crate) calls: u32,
+    /// The longest call of any handler so far, nanoseconds.
+    pub(crate) longest_call_ns: u64,
     generator: Generator,
     next_patrol_ns: u64,
 }
@@ -50,7 +54,9 @@ impl Bench {
             unit,
             master,
             lateness_ns: 0,
+            late_call: None,
             calls: 0,
+            longest_call_ns: 0,
             generator: Generator::seeded(!seed),
             next_patrol_ns: PATROL_NS,
         }
@@ -68,7 +74,8 @@ impl Bench {
     pub(crate) fn run(&mut self, transaction: &Transaction) -> Result<Vec<u8>, BusFault> {
         self.calls = 0;
         let begun_ns = self.now_ns();
-        let mut progress = self.master.begin(transaction, self.now_us());
+        let now_us = self.now_us();
+        let mut progress = self.call(|master| master.begin(transaction, now_us));
         while progress == Progress::Running {
             progress = self.serve();
             let lasted = self.now_ns() - begun_ns;
@@ -99,16 +106,20 @@ impl Bench {
         };
         if event || error {
             self.calls += 1;
-            let late = match self.lateness_ns {
-                0 => 0,
-                most => uniform_below(&mut self.generator, most),
+            let late_ns = match (self.late_call, self.lateness_ns) {
+                (Some((call, late_ns)), _) if call == self.calls => late_ns,
+                (_, 0) => 0,
+                (_, most) => u64::from(uniform_below(&mut self.generator, most)),
             };
-            self.unit.borrow_mut().pass(ENTRY_NS + u64::from(late));
+            self.unit.borrow_mut().pass(ENTRY_NS + late_ns);
             let now_us = self.now_us();
-            if event {
-                return self.master.on_event(now_us);
-            }
-            return self.master.on_error(now_us);
+            return self.call(|master| {
+                if event {
+                    master.on_event(now_us)
+                } else {
+                    master.on_error(now_us)
+                }
+            });
         }
         let due_ns = next_ns.unwrap_or(u64::MAX).min(self.next_patrol_ns);
         self.unit.borrow_mut().pass(due_ns.saturating_sub(now_ns));
@@ -119,6 +130,13 @@ impl Bench {
             self.next_patrol_ns += PATROL_NS;
         }
         let now_us = self.now_us();
-        self.master.patrol(now_us)
+        self.call(|master| master.patrol(now_us))
+    }
+
+    fn call(&mut self, call: impl FnOnce(&mut Master<Wired>) -> Progress) -> Progress {
+        let before_ns = self.now_ns();
+        let progress = call(&mut self.master);
+        self.longest_call_ns = self.longest_call_ns.max(self.now_ns() - before_ns);
+        progress
     }
 }

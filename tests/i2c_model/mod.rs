@@ -4,9 +4,9 @@ mod bench;
 mod part;
 mod unit;
 
-pub(crate) use bench::Bench;
+pub(crate) use bench::{Bench, PATROL_NS};
 pub(crate) use part::{Part, Seen};
-pub(crate) use unit::{Fault, Stuck, Unit};
+pub(crate) use unit::{FOR_EVER, Fault, Stuck, Unit};
 
 /// A part on the bus, byte by byte. Times are microseconds.
 pub(crate) trait Device {

@@ -118,6 +118,8 @@ pub(crate) struct Unit {
     pub(crate) data_held: u32,
     pub(crate) stuck: Stuck,
     fault: Option<(usize, Fault)>,
+    /// When it happened.
+    pub(crate) struck_ns: u64,
     device: Box<dyn Device>,
     undisturbed: bool,
     /// Whether `undisturbed` keeps interrupts away.
@@ -160,6 +162,7 @@ impl Unit {
             data_held: 0,
             stuck: Stuck::Not,
             fault: None,
+            struck_ns: 0,
             device,
             undisturbed: false,
             masks: true,
@@ -388,13 +391,16 @@ impl Unit {
 
     fn begin_byte(&mut self) {
         match self.fault {
-            Some((at, fault)) if at == self.bytes => match fault {
-                // At the byte's end.
-                Fault::ArbitrationLost => {}
-                Fault::SpuriousBusError => self.raise(BERR),
-                Fault::ClockLow => self.clock_held = true,
-                Fault::DataLow(clocks) => self.data_held = clocks,
-            },
+            Some((at, fault)) if at == self.bytes => {
+                self.struck_ns = self.now_ns;
+                match fault {
+                    // At the byte's end.
+                    Fault::ArbitrationLost => {}
+                    Fault::SpuriousBusError => self.raise(BERR),
+                    Fault::ClockLow => self.clock_held = true,
+                    Fault::DataLow(clocks) => self.data_held = clocks,
+                }
+            }
             _ => {}
         }
         self.bytes += 1;
@@ -497,7 +503,7 @@ impl Unit {
             self.switch_off(value);
             return;
         }
-        if pending {
+        if pending && self.phase != Phase::Idle {
             self.wrongs
                 .push("CR1 written while a start or stop is pending");
         }
