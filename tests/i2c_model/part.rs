@@ -43,14 +43,12 @@ impl Part {
         self.inside.borrow_mut().refuses_in = Some(bytes);
     }
 
-    /// What was seen since the last call. The bytes read are counted up from there on.
+    /// What was seen since the last call.
     pub(crate) fn take_seen(&self) -> Vec<Seen> {
-        let mut inside = self.inside.borrow_mut();
-        inside.reads = 0;
-        std::mem::take(&mut inside.seen)
+        std::mem::take(&mut self.inside.borrow_mut().seen)
     }
 
-    /// The byte that is read as the given one since [`Self::take_seen`]: all bits occur.
+    /// The byte that is read as the given one after an address: all bits occur.
     pub(crate) fn byte(index: u8) -> u8 {
         index.wrapping_mul(37) ^ 0xa5
     }
@@ -77,6 +75,7 @@ impl Device for Part {
         let mut inside = self.inside.borrow_mut();
         inside.addressed = address == self.address && inside.acknowledges();
         if inside.addressed {
+            inside.reads = 0;
             inside.seen.push(Seen::Address { read });
         }
         inside.addressed
@@ -94,7 +93,7 @@ impl Device for Part {
     fn read(&mut self, _: u64) -> u8 {
         let mut inside = self.inside.borrow_mut();
         let byte = Self::byte(inside.reads);
-        inside.reads += 1;
+        inside.reads = inside.reads.wrapping_add(1);
         inside.seen.push(Seen::Read(byte));
         byte
     }

@@ -73,13 +73,18 @@ enum Phase {
     Starting(u64),
     Started,
     Addressing(u8, u64),
-    Addressed { reading: bool },
+    Addressed {
+        reading: bool,
+    },
     Sending(u8, u64),
     /// Sender with nothing to send: SCL held low.
     Empty,
     /// Receiver before the acknowledgement and after it.
     Receiving(u64),
-    Answering { acknowledged: bool, until: u64 },
+    Answering {
+        acknowledged: bool,
+        until: u64,
+    },
     /// Receiver with two bytes: SCL held low.
     Full,
     /// After a refusal: waits for a stop or start.

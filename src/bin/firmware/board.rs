@@ -26,11 +26,11 @@ const CRYSTAL_HZ: u32 = 8_000_000;
 /// cycles a turn 60 ms, many times what a crystal (2 ms) or a PLL (0.3 ms) needs.
 const PATIENCE: u32 = 100_000;
 
-/// The bus of the four rear sensors: SCL on PB8, SDA on PB9.
-pub(crate) type RearBus = Master<Port<I2C1, 8, 9>>;
+/// The bus of sensors 0, 1, 2 and 7: SCL on PB8, SDA on PB9.
+pub(crate) type BusOne = Master<Port<I2C1, 8, 9>>;
 
-/// The bus of the four front sensors: SCL on PB10, SDA on PB11.
-pub(crate) type FrontBus = Master<Port<I2C2, 10, 11>>;
+/// The bus of sensors 3 to 6 and of the memory: SCL on PB10, SDA on PB11.
+pub(crate) type BusTwo = Master<Port<I2C2, 10, 11>>;
 
 /// The board after start.
 pub(crate) struct Board {
@@ -38,10 +38,10 @@ pub(crate) struct Board {
     pub(crate) usart: USART2,
     /// The heartbeat's light.
     pub(crate) led: Led,
-    /// The rear sensors' bus, freed.
-    pub(crate) rear_bus: RearBus,
-    /// The front sensors' bus, freed.
-    pub(crate) front_bus: FrontBus,
+    /// The first bus, freed if it could be.
+    pub(crate) bus_one: BusOne,
+    /// The second bus, freed if it could be.
+    pub(crate) bus_two: BusTwo,
     /// How the board introduces itself.
     pub(crate) boot: Boot,
     /// Differs from boot to boot.
@@ -71,10 +71,10 @@ impl Board {
         let timing = Timing::fast(rcc.clocks.pclk1().raw());
         I2C1::enable(&mut rcc);
         I2C1::reset(&mut rcc);
-        let rear_port = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
+        let port_one = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
         I2C2::enable(&mut rcc);
         I2C2::reset(&mut rcc);
-        let front_port = Port::new(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
+        let port_two = Port::new(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
         let baud = fastest_baud(rcc.clocks.pclk1().raw());
         let pins = (gpio_a.pa2.into_alternate(), gpio_a.pa3.into_alternate());
         let Ok(serial) = Serial::<_, u8>::new(device.USART2, pins, baud.bps(), &mut rcc) else {
@@ -86,8 +86,8 @@ impl Board {
             usart: serial.release().0,
             led: Led(led),
             // Time begins with the board's.
-            rear_bus: Master::new(rear_port, timing, 0),
-            front_bus: Master::new(front_port, timing, 0),
+            bus_one: Master::new(port_one, timing, 0),
+            bus_two: Master::new(port_two, timing, 0),
             boot: Boot {
                 wire_version: WIRE_VERSION,
                 build_id: BUILD_ID,

@@ -12,6 +12,10 @@ use super::timing::Timing;
 /// found within 900 us.
 const STALL_US: u64 = 400;
 
+/// Longest time for a stop, microseconds; it takes 4. A part that holds SDA low in a
+/// read is noticed only now, so this is short, yet leaves room for a stretched clock.
+const STOP_US: u64 = 50;
+
 /// Time for a byte on top of [`STALL_US`], microseconds: nine bits at 400 kHz are 22.5.
 const BYTE_US: u64 = 25;
 
@@ -214,7 +218,10 @@ impl<R: Registers> Master<R> {
         let stage = self.stage;
         match stage {
             Stage::Idle => {
-                if self.dead_until_us.is_some_and(|until_us| now_us >= until_us) {
+                if self
+                    .dead_until_us
+                    .is_some_and(|until_us| now_us >= until_us)
+                {
                     self.recover(now_us);
                 }
                 Progress::Idle
@@ -398,7 +405,11 @@ impl<R: Registers> Master<R> {
         let read = self.transaction.to_read();
         // Two addresses and at most 25 bytes.
         let bytes = (write + read + 2) as u64;
-        now_us.saturating_sub(self.progress_us) >= STALL_US
+        let stall_us = match self.stage {
+            Stage::Stop(_) => STOP_US,
+            _ => STALL_US,
+        };
+        now_us.saturating_sub(self.progress_us) >= stall_us
             || now_us.saturating_sub(self.begun_us) >= STALL_US + BYTE_US * bytes
     }
 
