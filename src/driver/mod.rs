@@ -4,6 +4,11 @@
 //! their answers mean. Two things execute them: a blocking bus of embedded-hal 1.0,
 //! behind the drivers' methods, and the flash image's interrupts.
 
+pub mod at24c01;
+pub mod pca9544a;
 mod transaction;
+pub mod vcnl4020;
+mod watch;
 
-pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
+pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction, clocks};
+pub use watch::{DAZZLING, STUCK_AFTER, Watch, is_dazzled};
