@@ -12,6 +12,8 @@ use std::rc::Rc;
 
 use amiro_ipf::driver::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
 
+use sim_harness::bus::{At24c01, Pca9544a, Vcnl4020};
+
 use i2c::{Line, Master, Progress, Register, Registers, Timing};
 use i2c_model::{Bench, FOR_EVER, Fault, PATROL_NS, Part, Seen, Stuck};
 
@@ -162,6 +164,37 @@ fn a_transaction_lasts_its_bits_and_a_little() {
         );
     }
     assert!(bench.longest_call_ns <= 10_000, "{}", bench.longest_call_ns);
+}
+
+#[test]
+fn the_robots_parts_understand_the_master() {
+    let sensors = std::array::from_fn(|_| Vcnl4020::default());
+    let mut bench = Bench::new(Pca9544a::new(0x77, sensors), 12);
+    bench.lateness_ns = 10_000;
+    // Nobody behind the mux until a channel is selected; it reads back.
+    let product = Transaction::new(0x13, &[0x81], 1);
+    assert_eq!(bench.run(&product), Err(BusFault::NoSuchPart));
+    for channel in 0..4 {
+        let select = Transaction::new(0x77, &[4 | channel], 0);
+        assert_eq!(bench.run(&select), Ok(vec![]));
+        let back = bench.run(&Transaction::new(0x77, &[], 1));
+        assert_eq!(back.map(|control| control[0] & 7), Ok(4 | channel));
+        // Product 2, revision 1.
+        assert_eq!(bench.run(&product), Ok(vec![0x21]));
+    }
+}
+
+#[test]
+fn a_memory_keeps_a_page_that_the_master_wrote() {
+    let mut bench = Bench::new(At24c01::new(0x50), 13);
+    let page = [0x18, 1, 2, 3, 4, 5, 6, 7, 8];
+    assert_eq!(bench.run(&Transaction::new(0x50, &page, 0)), Ok(vec![]));
+    // Deaf while it writes.
+    let look = Transaction::new(0x50, &[0x18], 8);
+    assert_eq!(bench.run(&look), Err(BusFault::NoSuchPart));
+    let done_ns = bench.now_ns() + 10_000_000;
+    bench.idle_until(done_ns);
+    assert_eq!(bench.run(&look), Ok(page[1..].to_vec()));
 }
 
 #[test]

@@ -6,8 +6,10 @@ use std::rc::Rc;
 use amiro_ipf::driver::{BusFault, Transaction};
 use amiro_ipf::random::{Generator, uniform_below};
 
+use sim_harness::bus::Device;
+
+use super::Unit;
 use super::unit::Wired;
-use super::{Device, Unit};
 use crate::i2c::{Master, Progress, Timing};
 
 /// The patrol's period.

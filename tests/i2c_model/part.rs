@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::Device;
+use sim_harness::bus::Device;
 
 /// What a part has seen on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use amiro_ipf::random::{Generator, uniform_below};
+use sim_harness::bus::Device;
 
-use super::Device;
 use crate::i2c::{Line, Register, Registers};
 
 const PE: u16 = 1 << 0;
@@ -225,11 +225,8 @@ impl Unit {
             self.move_on();
         }
         self.now_ns = end;
+        self.device.pass(end);
         self.try_to_start();
-    }
-
-    fn now_us(&self) -> u64 {
-        self.now_ns / 1000
     }
 
     /// Three CCR cycles of the bus clock.
@@ -267,7 +264,7 @@ impl Unit {
                     return;
                 }
                 let reading = byte & 1 == 1;
-                if self.device.start(byte >> 1, reading, self.now_us()) || self.data_low() {
+                if self.device.start(byte >> 1, reading, self.now_ns) || self.data_low() {
                     self.raise(ADDR);
                     self.phase = Phase::Addressed { reading };
                 } else {
@@ -278,7 +275,7 @@ impl Unit {
                 if self.loses_arbitration(byte) {
                     return;
                 }
-                if !self.device.write(byte, self.now_us()) && !self.data_low() {
+                if !self.device.write(byte, self.now_ns) && !self.data_low() {
                     self.refuse();
                 } else if let Some(next) = self.next_out.take() {
                     self.raise(TXE);
@@ -312,7 +309,7 @@ impl Unit {
                 }
                 // Too late for the byte before the last: the last is shifted by a bit.
                 self.shift = self.shift.map(|byte| byte << 1);
-                self.device.stop(self.now_us());
+                self.device.stop(self.now_ns);
                 self.phase = Phase::Idle;
             }
             _ => {}
@@ -350,7 +347,7 @@ impl Unit {
     /// The next byte begins to come in: the part's if it was asked for, else nobody's.
     fn receive(&mut self, asked_for: bool) {
         self.incoming = if asked_for {
-            self.device.read(self.now_us())
+            self.device.read(self.now_ns)
         } else {
             self.wrongs.push("a byte clocked in after a refused one");
             0xff
@@ -565,7 +562,7 @@ impl Unit {
             Line::Data => {
                 self.data_toggled |= pulls;
                 if self.pulls_data && !pulls && clock_high && !self.data_low() {
-                    self.device.stop(self.now_us());
+                    self.device.stop(self.now_ns);
                     self.busy = false;
                 }
                 self.pulls_data = pulls;
