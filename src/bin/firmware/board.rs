@@ -5,13 +5,16 @@ use amiro_ipf::event::{Boot, ClockSource};
 use amiro_ipf::wire::{WINDOW, WIRE_VERSION};
 use cortex_m::peripheral::SYST;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB12, PinState};
-use stm32f4xx_hal::pac::{Peripherals, RCC, USART2};
+use stm32f4xx_hal::pac::i2c1::RegisterBlock;
+use stm32f4xx_hal::pac::{I2C1, I2C2, Peripherals, RCC, USART2};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::rcc::{Config, Enable, Rcc, Reset};
 use stm32f4xx_hal::serial::Serial;
 
 use crate::budget::CAPACITY;
 use crate::clock::Mono;
+use crate::i2c::{Master, Register, Timing};
+use crate::i2c_port::Port;
 
 /// Full speed, hertz.
 const CORE_HZ: u32 = 168_000_000;
@@ -23,12 +26,22 @@ const CRYSTAL_HZ: u32 = 8_000_000;
 /// cycles a turn 60 ms, many times what a crystal (2 ms) or a PLL (0.3 ms) needs.
 const PATIENCE: u32 = 100_000;
 
+/// The bus of sensors 0, 1, 2 and 7: SCL on PB8, SDA on PB9.
+pub(crate) type BusOne = Master<Port<I2C1, 8, 9>>;
+
+/// The bus of sensors 3 to 6 and of the memory: SCL on PB10, SDA on PB11.
+pub(crate) type BusTwo = Master<Port<I2C2, 10, 11>>;
+
 /// The board after start.
 pub(crate) struct Board {
     /// The serial line, running.
     pub(crate) usart: USART2,
     /// The heartbeat's light.
     pub(crate) led: Led,
+    /// The first bus, freed if it could be.
+    pub(crate) bus_one: BusOne,
+    /// The second bus, freed if it could be.
+    pub(crate) bus_two: BusTwo,
     /// How the board introduces itself.
     pub(crate) boot: Boot,
     /// Differs from boot to boot.
@@ -55,6 +68,13 @@ impl Board {
         gpio_b.pb2.into_push_pull_output_in_state(PinState::High);
         gpio_c.pc14.into_open_drain_output_in_state(PinState::High);
         let led = gpio_b.pb12.into_open_drain_output_in_state(PinState::High);
+        let timing = Timing::fast(rcc.clocks.pclk1().raw());
+        I2C1::enable(&mut rcc);
+        I2C1::reset(&mut rcc);
+        let port_one = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
+        I2C2::enable(&mut rcc);
+        I2C2::reset(&mut rcc);
+        let port_two = Port::new(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
         let baud = fastest_baud(rcc.clocks.pclk1().raw());
         let pins = (gpio_a.pa2.into_alternate(), gpio_a.pa3.into_alternate());
         let Ok(serial) = Serial::<_, u8>::new(device.USART2, pins, baud.bps(), &mut rcc) else {
@@ -65,6 +85,9 @@ impl Board {
         Self {
             usart: serial.release().0,
             led: Led(led),
+            // Time begins with the board's.
+            bus_one: Master::new(port_one, timing, 0),
+            bus_two: Master::new(port_two, timing, 0),
             boot: Boot {
                 wire_version: WIRE_VERSION,
                 build_id: BUILD_ID,
@@ -84,6 +107,26 @@ fn fastest_baud(bus_hz: u32) -> u32 {
     const FAST: u32 = 2_000_000;
     const SLOW: u32 = 115_200;
     if bus_hz >= 8 * FAST { FAST } else { SLOW }
+}
+
+#[expect(unsafe_code, reason = "the registers take raw numbers")]
+/// Writes a register of an I2C unit.
+pub(crate) fn write_i2c(unit: &RegisterBlock, register: Register, value: u16) {
+    // SAFETY: an I2C unit reaches memory by DMA alone, which is not set up for it:
+    // whatever its registers hold, it can but drive two wires and raise interrupts.
+    // Reserved bits are never set by the master.
+    unsafe {
+        match register {
+            Register::Cr1 => unit.cr1().write(|w| w.bits(value)),
+            Register::Cr2 => unit.cr2().write(|w| w.bits(value)),
+            Register::Dr => unit.dr().write(|w| w.bits(value)),
+            Register::Sr1 => unit.sr1().write(|w| w.bits(value)),
+            // Read only.
+            Register::Sr2 => value,
+            Register::Ccr => unit.ccr().write(|w| w.bits(value)),
+            Register::Trise => unit.trise().write(|w| w.bits(value)),
+        };
+    }
 }
 
 /// The board's LED, lit while its pin is low.

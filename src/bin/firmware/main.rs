@@ -20,6 +20,10 @@ mod board;
 #[cfg(target_os = "none")]
 mod clock;
 #[cfg(target_os = "none")]
+mod i2c;
+#[cfg(target_os = "none")]
+mod i2c_port;
+#[cfg(target_os = "none")]
 mod link;
 #[cfg(target_os = "none")]
 mod panic;
