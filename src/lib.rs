@@ -21,7 +21,8 @@
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
 //! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
 //!   to events.
-//! - [`can`]: the robot's own bus; what its modules say and what it is told.
+//! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
+//!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -87,6 +88,7 @@ pub mod event;
 pub mod fault;
 pub mod filter;
 pub mod geometry;
+pub mod health;
 pub mod input;
 pub mod kinematics;
 pub mod math;
@@ -96,6 +98,7 @@ pub mod pacing;
 pub mod random;
 pub mod sampling;
 pub mod seed;
+pub mod senses;
 pub mod sensor;
 pub mod wire;
 
