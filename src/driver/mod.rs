@@ -5,10 +5,22 @@
 //! behind the drivers' methods, and the flash image's interrupts.
 
 pub mod at24c01;
+pub mod branch;
 pub mod pca9544a;
+mod proximity_sensor;
+mod sensor_state;
 mod transaction;
 pub mod vcnl4020;
 mod watch;
 
+pub use branch::{Branch, BranchCounters};
+pub use proximity_sensor::{
+    DEFAULT_LEAST_COUNTS, DEFAULT_OFFSET, MAX_AGE_US, MISSING_AFTER, PROBE_PERIOD_US,
+    ProximitySensor, TRUSTED_AFTER,
+};
+pub use sensor_state::{SensorCounters, SensorFault, SensorState};
 pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction, clocks};
 pub use watch::{DAZZLING, STUCK_AFTER, Watch, is_dazzled};
+
+#[cfg(test)]
+mod fake;
