@@ -221,6 +221,11 @@ impl Branch {
         }
     }
 
+    /// Adds the sensor on a channel to those in use, from the next round on.
+    pub(super) fn add(&mut self, channel: Channel) {
+        self.in_use.insert(channel);
+    }
+
     /// The sensor on a channel.
     #[must_use]
     pub const fn sensor(&self, channel: Channel) -> &ProximitySensor {
