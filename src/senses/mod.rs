@@ -153,9 +153,7 @@ impl Senses {
     ///
     /// Nothing is given for a round in which no sensor delivered.
     pub fn poll(&mut self, now_us: u64) -> Option<Input> {
-        let is_over = BUSES
-            .iter()
-            .all(|bus| self.ring.branch_mut(*bus).is_idle());
+        let is_over = BUSES.iter().all(|bus| self.ring.branch_mut(*bus).is_idle());
         let input = if self.is_owing && is_over {
             self.finish_round(now_us)
         } else {
@@ -292,7 +290,9 @@ impl Senses {
     pub fn sensors(&self, now_us: u64) -> [SensorHealth; SENSORS] {
         AMIRO_PLACES.map(|place| {
             let sensor = self.ring.sensor_at(place);
-            let age_ms = sensor.age_us(now_us).map_or(u64::MAX, |age_us| age_us / 1_000);
+            let age_ms = sensor
+                .age_us(now_us)
+                .map_or(u64::MAX, |age_us| age_us / 1_000);
             SensorHealth {
                 state: sensor.state(now_us),
                 age_ms: u8::try_from(age_ms).unwrap_or(u8::MAX),

@@ -57,7 +57,12 @@ fn is_compared(event: &Event) -> Option<&'static str> {
         Event::Particles(_) => Some("particles"),
         Event::StepDone(_) => Some("step done"),
         Event::BrokeOff { .. } => Some("odometry broke off"),
-        Event::Boot(_) | Event::Configured(_) | Event::Answer { .. } | Event::Status(_) => None,
+        Event::Boot(_)
+        | Event::Configured(_)
+        | Event::Answer { .. }
+        | Event::Status(_)
+        | Event::Health(_)
+        | Event::Offsets(_) => None,
     }
 }
 
