@@ -4,13 +4,15 @@ use amiro_ipf::BUILD_ID;
 use amiro_ipf::event::{Boot, ClockSource};
 use amiro_ipf::wire::{WINDOW, WIRE_VERSION};
 use cortex_m::peripheral::SYST;
+use stm32f4xx_hal::gpio::alt::can1;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB12, PinState};
-use stm32f4xx_hal::pac::{Peripherals, RCC, USART2};
+use stm32f4xx_hal::pac::{CAN1, Peripherals, RCC, USART2};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::rcc::{Config, Enable, Rcc, Reset};
 use stm32f4xx_hal::serial::Serial;
 
 use crate::budget::CAPACITY;
+use crate::can::{BitTiming, Controller, Register, Registers};
 use crate::clock::Mono;
 
 /// Full speed, hertz.
@@ -27,6 +29,9 @@ const PATIENCE: u32 = 100_000;
 pub(crate) struct Board {
     /// The serial line, running.
     pub(crate) usart: USART2,
+    /// The robot's bus, not asked yet.
+    #[expect(dead_code, reason = "until the tasks patrol and receive")]
+    pub(crate) can: Controller<CanUnit>,
     /// The heartbeat's light.
     pub(crate) led: Led,
     /// How the board introduces itself.
@@ -55,6 +60,11 @@ impl Board {
         gpio_b.pb2.into_push_pull_output_in_state(PinState::High);
         gpio_c.pc14.into_open_drain_output_in_state(PinState::High);
         let led = gpio_b.pb12.into_open_drain_output_in_state(PinState::High);
+        // The pins stay in their function when the values that name them are gone.
+        let _: can1::Rx = gpio_a.pa11.into_alternate().into();
+        let _: can1::Tx = gpio_a.pa12.into_alternate().into();
+        let can = CanUnit::start(device.CAN1, &mut rcc);
+        let timing = BitTiming::at(rcc.clocks.pclk1().raw());
         let baud = fastest_baud(rcc.clocks.pclk1().raw());
         let pins = (gpio_a.pa2.into_alternate(), gpio_a.pa3.into_alternate());
         let Ok(serial) = Serial::<_, u8>::new(device.USART2, pins, baud.bps(), &mut rcc) else {
@@ -64,6 +74,7 @@ impl Board {
         };
         Self {
             usart: serial.release().0,
+            can: Controller::new(can, timing),
             led: Led(led),
             boot: Boot {
                 wire_version: WIRE_VERSION,
@@ -84,6 +95,40 @@ fn fastest_baud(bus_hz: u32) -> u32 {
     const FAST: u32 = 2_000_000;
     const SLOW: u32 = 115_200;
     if bus_hz >= 8 * FAST { FAST } else { SLOW }
+}
+
+/// The registers of CAN1.
+pub(crate) struct CanUnit(CAN1);
+
+impl CanUnit {
+    /// Clocks the unit and forgets what a boot loader left in it.
+    fn start(unit: CAN1, rcc: &mut RCC) -> Self {
+        CAN1::enable(rcc);
+        CAN1::reset(rcc);
+        Self(unit)
+    }
+
+    fn pointer(register: Register) -> *mut u32 {
+        CAN1::ptr()
+            .cast::<u32>()
+            .cast_mut()
+            .wrapping_byte_add(register.offset())
+    }
+}
+
+#[expect(unsafe_code, reason = "the unit's registers take raw numbers")]
+impl Registers for CanUnit {
+    fn read(&self, register: Register) -> u32 {
+        // SAFETY: the unit is ours and clocked, a `Register` is a multiple of four
+        // within its 1 KiB, and reading changes nothing in it.
+        unsafe { Self::pointer(register).read_volatile() }
+    }
+
+    fn write(&mut self, register: Register, bits: u32) {
+        // SAFETY: as above; the unit reaches no memory, so that no value that is
+        // written to it breaks anything but the bus.
+        unsafe { Self::pointer(register).write_volatile(bits) }
+    }
 }
 
 /// The board's LED, lit while its pin is low.
