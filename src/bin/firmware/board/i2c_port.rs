@@ -5,7 +5,6 @@ use core::ops::Deref;
 use stm32f4xx_hal::gpio::{Alternate, OpenDrain, Output, Pin, PinMode, PinState};
 use stm32f4xx_hal::pac::i2c1::RegisterBlock;
 
-use crate::board::write_i2c;
 use crate::i2c::{Line, Register, Registers};
 
 /// The rate of half clocks by hand: 2.5 us.
@@ -103,7 +102,7 @@ where
     }
 
     fn write(&mut self, register: Register, value: u16) {
-        write_i2c(&self.unit, register, value);
+        write_to(&self.unit, register, value);
     }
 
     fn take_pins(&mut self) {
@@ -143,5 +142,25 @@ where
 
     fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         cortex_m::interrupt::free(|_| work(self))
+    }
+}
+
+#[expect(unsafe_code, reason = "the registers take raw numbers")]
+/// Writes a register of an I2C unit.
+fn write_to(unit: &RegisterBlock, register: Register, value: u16) {
+    // SAFETY: an I2C unit reaches memory by DMA alone, which is not set up for it:
+    // whatever its registers hold, it can but drive two wires and raise interrupts.
+    // Reserved bits are never set by the master.
+    unsafe {
+        match register {
+            Register::Cr1 => unit.cr1().write(|w| w.bits(value)),
+            Register::Cr2 => unit.cr2().write(|w| w.bits(value)),
+            Register::Dr => unit.dr().write(|w| w.bits(value)),
+            Register::Sr1 => unit.sr1().write(|w| w.bits(value)),
+            // Read only.
+            Register::Sr2 => value,
+            Register::Ccr => unit.ccr().write(|w| w.bits(value)),
+            Register::Trise => unit.trise().write(|w| w.bits(value)),
+        };
     }
 }
