@@ -3,7 +3,7 @@
 //! Names that begin with f and a number are entries of the fault catalogue: CAN and
 //! odometry.
 
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 use amiro_ipf::can::{
     Board, BodySpeed, Frame, Identifier, Ignored, Message, READ, StandardId, TransmittedPose,
@@ -25,7 +25,7 @@ fn data<const LENGTH: usize>(identifier: u16, bytes: [u8; LENGTH]) -> Frame {
 fn pose_of(frame: &Frame) -> Pose {
     match Message::decode(frame) {
         Ok(Message::Odometry(pose)) => pose,
-        other => panic!("{other:?}"),
+        other => unreachable!("{other:?}"),
     }
 }
 
@@ -36,7 +36,7 @@ fn golden_odometry_is_read_in_metres_and_radians() {
     let frame = data(0x281, [0x42, 0x0f, 0x00, 0xfe, 0xff, 0xff, 0xf7, 0x17]);
     let pose = pose_of(&frame);
     assert_eq!(pose, Pose::new(0.999_936, -0.000_512, 1.570_56));
-    assert_eq!(odometry(&Pose::new(1.0, -0.000_500, 1.5708)), frame);
+    assert_eq!(odometry(&Pose::new(1.0, -0.000_500, FRAC_PI_2)), frame);
     // The farthest corner: 0x7fffff steps = 2147.483392 m, 0x800000 = -2147.483648 m.
     let corner = data(0x281, [0xff, 0xff, 0x7f, 0x00, 0x00, 0x80, 0, 0]);
     assert_eq!(pose_of(&corner), Pose::new(2_147.483_4, -2_147.483_6, 0.0));
@@ -274,7 +274,7 @@ proptest! {
     fn speeds_come_back_within_a_millionth(v in -2.0_f32..2.0, w in -20.0_f32..20.0) {
         let speed = BodySpeed { forward_m_per_s: v, turn_rad_per_s: w };
         let Ok(Message::ActualSpeed(told)) = Message::decode(&actual_speed(&speed)) else {
-            panic!("{speed:?}");
+            unreachable!("{speed:?}");
         };
         // 1 um/s rounded down; f32 at 20 rad/s has steps of 2e-6.
         prop_assert!((-2e-7..1.3e-6).contains(&(v - told.forward_m_per_s)), "{:?}", told);

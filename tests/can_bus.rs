@@ -263,12 +263,15 @@ fn f21_bus_off_between_two_patrols_is_counted_too() {
 #[test]
 fn f20_frame_that_nobody_acknowledges_is_given_up_after_20_ms() {
     let mut bench = Bench::on_the_bus();
+    assert!(bench.transmit(&ring(0)));
+    bench.run(1);
+    assert_eq!((bench.health().given_up, bench.health().sent), (0, 1));
     bench.set_wire(Wire::Alone);
     assert!(bench.transmit(&ring(0)));
     bench.run(1);
     assert_eq!(bench.health().given_up, 0);
     bench.run(2);
-    assert_eq!((bench.health().given_up, bench.health().sent), (1, 0));
+    assert_eq!((bench.health().given_up, bench.health().sent), (1, 1));
     // Without anybody else the unit becomes passive, never goes off.
     for _ in 0..100 {
         bench.transmit(&ring(0));
@@ -281,7 +284,7 @@ fn f20_frame_that_nobody_acknowledges_is_given_up_after_20_ms() {
     // Nothing old is left for the one who comes.
     bench.set_wire(Wire::Healthy);
     bench.run(10);
-    assert_eq!(bench.sent(), []);
+    assert_eq!(bench.sent().len(), 1);
 }
 
 #[test]
@@ -319,7 +322,7 @@ fn ring_of_a_minute_is_sent_whole_beside_the_patrols() {
         if let Some(sensor) = schedule.due(now_us, amiro_ipf::sensor::SensorMask::ALL) {
             assert!(bench.transmit(&ring(sensor)));
         }
-        if now_us % PATROL_US == 0 {
+        if now_us.is_multiple_of(PATROL_US) {
             bench.patrol();
         }
     }

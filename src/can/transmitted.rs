@@ -117,8 +117,8 @@ mod tests {
     use proptest::prelude::*;
 
     /// The rule as it reads, in double precision: 24 bits times 10^6 are exact there.
-    fn in_double_precision(x: f64) -> f64 {
-        (x * 1e6 / 256.0).floor()
+    fn in_double_precision(x: f64) -> i64 {
+        (x * 1e6 / 256.0).floor() as i64
     }
 
     #[test]
@@ -184,7 +184,7 @@ mod tests {
         #[test]
         fn rounding_down_is_exact(x in -2000.0_f32..2000.0, small in -1e-3_f32..1e-3) {
             for x in [x, small, x * 1e-3, small * small * small] {
-                prop_assert_eq!(f64::from(place(x)), in_double_precision(f64::from(x)), "{}", x);
+                prop_assert_eq!(i64::from(place(x)), in_double_precision(f64::from(x)), "{}", x);
             }
         }
 
@@ -192,7 +192,7 @@ mod tests {
         fn headings_are_rounded_down_as_in_double_precision(heading in -PI..PI) {
             let turn = f64::from(heading) + if heading < 0.0 { core::f64::consts::TAU } else { 0.0 };
             let sent = TransmittedPose::of(&Pose::new(0.0, 0.0, heading));
-            prop_assert_eq!(f64::from(sent.heading), in_double_precision(turn));
+            prop_assert_eq!(i64::from(sent.heading), in_double_precision(turn));
         }
     }
 }

@@ -39,7 +39,7 @@ const CHORD_M: f64 = 0.02;
 /// Pieces of way below which headings are not judged.
 const FEWEST_CHORDS: usize = 5;
 /// Most mean angle between course and heading of a good recording, radians: the
-/// recorded drives have 0.02 to 0.04.
+/// recorded drives have 0.004 to 0.008.
 const MOST_ANGLE: f64 = 0.15;
 
 /// A pose as its source claims it to be: metres, radians not wrapped.
