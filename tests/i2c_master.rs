@@ -87,7 +87,7 @@ fn every_shape_arrives_whole() {
     let part = Part::at(ADDRESS);
     let mut bench = Bench::new(part.clone(), 1);
     all_shapes_arrive(&mut bench, &part, "in time");
-    assert_eq!(*bench.master.counters(), i2c::Counters::default());
+    assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
 }
 
 #[test]
@@ -231,9 +231,9 @@ fn f02_a_refusal_at_any_byte_ends_the_transaction_and_frees_the_bus() {
             assert_eq!(part.take_seen(), seen(write, read), "after {story}");
         }
     }
-    let counters = i2c::Counters {
+    let counters = i2c::counters::Counters {
         nacks: refusals,
-        ..i2c::Counters::default()
+        ..i2c::counters::Counters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -268,10 +268,10 @@ fn f02_arbitration_lost_at_any_byte_ends_the_transaction() {
         }
     }
     // Nobody made a stop: the bus is freed by hand before the next start.
-    let counters = i2c::Counters {
+    let counters = i2c::counters::Counters {
         arbitration: losses,
         recoveries: losses,
-        ..i2c::Counters::default()
+        ..i2c::counters::Counters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -359,7 +359,7 @@ fn f03_the_start_frees_a_bus_that_a_reset_left_in_mid_byte() {
         let mut bench = Bench::after(part, 5, |unit| unit.data_held = clocks);
         assert!(!bench.master.is_dead(), "{clocks} clocks");
         assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
-        assert_eq!(*bench.master.counters(), i2c::Counters::default());
+        assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
     }
 }
 
@@ -429,7 +429,7 @@ fn f03_the_other_bus_bears_a_recovery() {
         assert_eq!(well.run(&transaction(1, 4)), Ok(answer(4)), "call {call}");
         assert_eq!(part.take_seen(), seen(1, 4), "call {call}");
     }
-    assert_eq!(*well.master.counters(), i2c::Counters::default());
+    assert_eq!(*well.master.counters(), i2c::counters::Counters::default());
 }
 
 #[test]

@@ -24,13 +24,12 @@
 //! and whose limitations are kept clear of here as well. None of this has been
 //! verified on hardware.
 
-mod counters;
+pub(crate) mod counters;
 mod master;
 mod recovery;
 mod registers;
 mod timing;
 
-pub(crate) use counters::Counters;
 pub(crate) use master::{Master, Progress};
 pub(crate) use registers::{Line, Register, Registers};
 pub(crate) use timing::Timing;
