@@ -5,10 +5,29 @@
 //! behind the drivers' methods, and the flash image's interrupts.
 
 pub mod at24c01;
+pub mod branch;
+mod calibration;
 pub mod pca9544a;
+mod proximity_sensor;
+pub mod ring;
+mod sensor_state;
 mod transaction;
 pub mod vcnl4020;
 mod watch;
 
+pub use branch::{Branch, BranchCounters};
+pub use calibration::{
+    OFFSET_RANGE, OffsetMeasurement, OffsetOrigin, OffsetRefusal, Offsets, READINGS, STORE_BYTES,
+    StoreFault,
+};
+pub use proximity_sensor::{
+    DEFAULT_LEAST_COUNTS, DEFAULT_OFFSET, MAX_AGE_US, MISSING_AFTER, PROBE_PERIOD_US,
+    ProximitySensor, TRUSTED_AFTER,
+};
+pub use ring::{AMIRO_PLACES, Bus, Place, ProximityRing};
+pub use sensor_state::{SensorCounters, SensorFault, SensorState};
 pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction, clocks};
 pub use watch::{DAZZLING, STUCK_AFTER, Watch, is_dazzled};
+
+#[cfg(test)]
+mod fake;

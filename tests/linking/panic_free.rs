@@ -7,7 +7,9 @@
 //! only; on a host it is an empty program.
 //!
 //! What is linked: a node's `handle` for every kind of input, steps of both survival
-//! rules included, and a terminal's `receive`, which decodes and encodes frames.
+//! rules included, a terminal's `receive`, which decodes and encodes frames, and the
+//! ring of sensors: rounds on both buses, states and values, the measurement of the
+//! offsets and their way to the memory and back.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -19,6 +21,7 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
+    use amiro_ipf::driver::{Bus, OffsetMeasurement, Offsets, ProximityRing, STORE_BYTES, at24c01};
     use amiro_ipf::event::{Boot, ClockSource};
     use amiro_ipf::filter::ParticleSet;
     use amiro_ipf::node::Node;
@@ -41,7 +44,9 @@ mod alone {
             core_hz: 0,
         };
         let mut terminal = Terminal::new(Node::new(SET), boot, 0);
+        let mut ring = ProximityRing::new();
         loop {
+            sense(&mut ring);
             // Any byte may come: the compiler can assume nothing about the inputs.
             let byte = black_box(0);
             terminal.receive(byte, &mut |frame, importance| {
@@ -50,6 +55,40 @@ mod alone {
             terminal.report(black_box(Default::default()), &mut |frame, _| {
                 black_box(frame);
             });
+        }
+    }
+
+    /// Whatever the buses answer, and whatever is in the memory.
+    fn sense(ring: &mut ProximityRing) {
+        let now_us = black_box(0);
+        for bus in [Bus::I2c1, Bus::I2c2] {
+            let branch = ring.branch_mut(bus);
+            branch.begin_round(now_us, black_box(true));
+            while let Some(transaction) = branch.next(black_box(now_us)) {
+                black_box((&transaction, transaction.clocks()));
+                let bytes = [0; 16];
+                let answer = black_box(Ok(&bytes[..]));
+                branch.answer(black_box(now_us), answer);
+            }
+        }
+        black_box((ring.samples(now_us), ring.states(now_us), ring.counters()));
+        black_box(ring.raw(black_box(0)));
+
+        let known = Offsets::decode(&black_box([0; STORE_BYTES])).unwrap_or_default();
+        let mut measurement = OffsetMeasurement::new(&known);
+        while !measurement.take(&ring.trusted_raw(black_box(now_us))) {}
+        black_box(measurement.results());
+        let Some(offsets) = measurement.offsets() else {
+            return;
+        };
+        ring.set_offsets(offsets.counts);
+        let mut bytes = black_box([0; STORE_BYTES]);
+        offsets.encode(&mut bytes);
+        for part in at24c01::writes(at24c01::ADDRESS_AMIRO, black_box(0), &bytes) {
+            black_box(part);
+        }
+        for part in at24c01::reads(at24c01::ADDRESS_AMIRO, black_box(0), black_box(36)) {
+            black_box(part);
         }
     }
 

@@ -155,7 +155,7 @@ impl<I2C: I2c> Vcnl4020<I2C> {
     /// A result that arrives during the last byte may mix with the one before: about
     /// one in 50 at 100 kHz and 125 results a second. Read at a pace of your own, and
     /// ask [`Vcnl4020::proximity`] again where that matters; see
-    /// the sequencer of a whole branch, which does.
+    /// [`Branch`](crate::driver::Branch), which does.
     ///
     /// # Errors
     /// [`Error::NotRunning`]; [`Error::NotReady`]; [`Error::Bus`].

@@ -1,0 +1,512 @@
+//! One I2C bus with a multiplexer and up to four proximity sensors behind it.
+//!
+//! [`Branch`] says which transaction comes next and is told its result; it neither
+//! waits nor knows what executes it. Nothing is believed that the multiplexer does not
+//! vouch for: it is read back after each selection and again after each reading, and a
+//! reading counts only if it named the sensor's channel both times.
+//!
+//! # A round
+//!
+//! | step | transaction | clocks |
+//! |---|---|---|
+//! | select the channel, read it back | 2 + 2 bytes | 40 |
+//! | read the command register: does it still measure, is a result ready? | 4 | 39 |
+//! | read both results | 7 | 66 |
+//! | read proximity again: another value means that it changed meanwhile | 5 | 48 |
+//! | read the multiplexer back | 2 | 20 |
+//!
+//! 213 clocks a sensor, 852 a round: 2.13 ms at 400 kHz. At 100 kHz it is 8.52 ms, more
+//! than the 8 ms of 125 rounds a second.
+//!
+//! **Torn values.** The part clears its ready bit when either byte of the result is
+//! read, so a result that arrives between the two leaves no trace in it. Equal values
+//! in two reads are whole, whichever update came between; of unequal ones the next read
+//! is, since updates lie 8 ms apart.
+//!
+//! **Second visits.** A sensor that failed, or had nothing new, is visited once more
+//! after the others. A result that comes just after its sensor's visit is so not a
+//! round late. No second visit begins later than [`SECOND_VISITS_UNTIL_US`].
+//!
+//! **Errors.** After any error the multiplexer's selection is unknown; all channels are
+//! deselected, which is read back, before anything else is said. When that fails the
+//! round is over. When a line is held low or a transaction did not end, it is at once.
+
+use embedded_hal::i2c::I2c;
+use serde::{Deserialize, Serialize};
+
+use super::pca9544a::{self, ADDRESS_AMIRO, Channel, Selection};
+use super::proximity_sensor::ProximitySensor;
+use super::vcnl4020::{Command, Configuration, IDENTITY, Measurement, transactions as say};
+use super::{BusFault, Transaction, clocks};
+
+/// Time between two rounds at the sensors' 125 Hz.
+pub const ROUND_PERIOD_US: u64 = 8_000;
+
+/// Second visits begin within this time of their round.
+///
+/// At 400 kHz the longest visit takes 0.75 ms, so that the round then ends before the
+/// next one begins.
+pub const SECOND_VISITS_UNTIL_US: u64 = 6_000;
+
+/// Clocks of a visit that reads: selection, read-back, command, results, proximity
+/// again, read-back.
+const READING_CLOCKS: u32 =
+    clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
+
+/// Clocks of a visit that finds its sensor reset and configures it.
+const CONFIGURING_CLOCKS: u32 =
+    clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
+
+/// Clocks of the longest visit: selection unknown, and a torn value.
+const LONGEST_VISIT_CLOCKS: u32 = {
+    let deselection = clocks(1, 0) + clocks(0, 1);
+    let torn = READING_CLOCKS + clocks(1, 2);
+    let longest = if torn > CONFIGURING_CLOCKS {
+        torn
+    } else {
+        CONFIGURING_CLOCKS
+    };
+    deselection + longest
+};
+
+/// Clocks of a round in which four sensors deliver.
+pub const USUAL_ROUND_CLOCKS: u32 = 4 * READING_CLOCKS;
+
+/// Clocks of the longest round without second visits: each visit ends with an error.
+///
+/// 1204: 12.0 ms at 100 kHz, 3.0 ms at 400 kHz.
+pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
+
+/// The longest that a round holds a bus of this speed, microseconds, rounded up.
+///
+/// 6.8 ms at 400 kHz, 12.1 ms at 100 kHz; what executes the transactions adds its own
+/// time between them.
+#[must_use]
+pub const fn longest_round_us(bus_hz: u32) -> u64 {
+    let first_us = time_us(LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
+    if first_us >= SECOND_VISITS_UNTIL_US {
+        return first_us;
+    }
+    let all_us = time_us(2 * LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
+    let last_us = SECOND_VISITS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
+    if all_us < last_us { all_us } else { last_us }
+}
+
+/// Time of so many clocks, microseconds, rounded up; a bus of 0 Hz counts as 1 Hz.
+const fn time_us(clocks: u32, bus_hz: u32) -> u64 {
+    let hz = if bus_hz == 0 { 1 } else { bus_hz };
+    (clocks as u64 * 1_000_000).div_ceil(hz as u64)
+}
+
+/// What happened on one branch since the start; each stops at its highest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BranchCounters {
+    /// Rounds begun.
+    pub rounds: u32,
+    /// Rounds not begun because the one before was still busy.
+    pub late: u16,
+    /// Read-backs that named another channel than they should.
+    pub wrong_channel: u16,
+    /// Rounds ended because the multiplexer did not come free of an error.
+    pub mux_failures: u16,
+    /// Rounds ended because a line was held low or a transaction did not end.
+    pub line_failures: u16,
+}
+
+/// What the next transaction is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    Idle,
+    Deselect,
+    ConfirmNone,
+    Select,
+    ConfirmSelected,
+    ReadCommand,
+    ReadResult,
+    ReadAgain,
+    ReadOnceMore,
+    Identify,
+    Stop,
+    Configure,
+    Start,
+    ConfirmStill,
+}
+
+/// What a visit brought, as long as the multiplexer did not confirm whose it is.
+#[derive(Clone, Copy, Debug)]
+enum Outcome {
+    NothingNew,
+    Reading {
+        measurement: Measurement,
+        torn: bool,
+    },
+    Configured,
+    Stranger,
+}
+
+/// A set of channels, a bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Channels(u8);
+
+impl Channels {
+    const NONE: Self = Self(0);
+
+    const fn contains(self, channel: Channel) -> bool {
+        self.0 & 1 << channel.number() != 0
+    }
+
+    fn insert(&mut self, channel: Channel) {
+        self.0 |= 1 << channel.number();
+    }
+
+    fn remove(&mut self, channel: Channel) {
+        self.0 &= !(1 << channel.number());
+    }
+
+    /// Takes the lowest channel out.
+    fn pop(&mut self) -> Option<Channel> {
+        let lowest = Channel::ALL
+            .into_iter()
+            .find(|channel| self.contains(*channel))?;
+        self.remove(lowest);
+        Some(lowest)
+    }
+}
+
+/// One bus with its multiplexer and its sensors; see the [module](self).
+#[derive(Clone, Debug)]
+pub struct Branch {
+    sensors: [ProximitySensor; 4],
+    in_use: Channels,
+    selection: Selection,
+    step: Step,
+    /// The channel that is visited.
+    channel: Channel,
+    outcome: Outcome,
+    /// To be visited in this pass.
+    todo: Channels,
+    /// To be visited once more.
+    again: Channels,
+    /// Not heard of in this round.
+    owing: Channels,
+    second_visits: bool,
+    moving: bool,
+    began_us: u64,
+    counters: BranchCounters,
+}
+
+impl Branch {
+    /// A branch of which nothing is known, with sensors on these of its channels.
+    #[must_use]
+    pub fn new(in_use: &[Channel]) -> Self {
+        let mut channels = Channels::NONE;
+        for channel in in_use {
+            channels.insert(*channel);
+        }
+        Self {
+            sensors: [ProximitySensor::new(); 4],
+            in_use: channels,
+            selection: Selection::Unknown,
+            step: Step::Idle,
+            channel: Channel::Zero,
+            outcome: Outcome::NothingNew,
+            todo: Channels::NONE,
+            again: Channels::NONE,
+            owing: Channels::NONE,
+            second_visits: false,
+            moving: false,
+            began_us: 0,
+            counters: BranchCounters::default(),
+        }
+    }
+
+    /// Adds the sensor on a channel to those in use, from the next round on.
+    pub(super) fn add(&mut self, channel: Channel) {
+        self.in_use.insert(channel);
+    }
+
+    /// The sensor on a channel.
+    #[must_use]
+    pub const fn sensor(&self, channel: Channel) -> &ProximitySensor {
+        let [zero, one, two, three] = &self.sensors;
+        match channel {
+            Channel::Zero => zero,
+            Channel::One => one,
+            Channel::Two => two,
+            Channel::Three => three,
+        }
+    }
+
+    /// The sensor on a channel, to set its offset.
+    pub fn sensor_mut(&mut self, channel: Channel) -> &mut ProximitySensor {
+        let [zero, one, two, three] = &mut self.sensors;
+        match channel {
+            Channel::Zero => zero,
+            Channel::One => one,
+            Channel::Two => two,
+            Channel::Three => three,
+        }
+    }
+
+    /// What happened since the start.
+    #[must_use]
+    pub const fn counters(&self) -> BranchCounters {
+        self.counters
+    }
+
+    /// Whether no round is going on.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.step == Step::Idle
+    }
+
+    /// Begins a round, every [`ROUND_PERIOD_US`]. `moving` says whether the robot
+    /// drives; only then are equal samples suspicious.
+    ///
+    /// A round that is still busy goes on; the new one is counted as late and `false`
+    /// is answered.
+    pub fn begin_round(&mut self, now_us: u64, moving: bool) -> bool {
+        if !self.is_idle() {
+            self.counters.late = self.counters.late.saturating_add(1);
+            return false;
+        }
+        self.counters.rounds = self.counters.rounds.saturating_add(1);
+        self.moving = moving;
+        self.began_us = now_us;
+        self.second_visits = false;
+        self.again = Channels::NONE;
+        self.todo = Channels::NONE;
+        for channel in Channel::ALL {
+            if self.in_use.contains(channel) && self.sensor(channel).is_due(now_us) {
+                self.todo.insert(channel);
+            }
+        }
+        self.owing = self.todo;
+        self.visit_next(now_us);
+        true
+    }
+
+    /// The transaction to execute now, until [`Branch::answer`] takes its result;
+    /// `None` when the round is over. Some hundred instructions.
+    pub fn next(&mut self, now_us: u64) -> Option<Transaction> {
+        let begins = matches!(self.step, Step::Deselect | Step::Select);
+        let elapsed_us = now_us.saturating_sub(self.began_us);
+        if self.second_visits && begins && elapsed_us >= SECOND_VISITS_UNTIL_US {
+            self.end_round(now_us);
+        }
+        Some(match self.step {
+            Step::Idle => return None,
+            Step::Deselect => pca9544a::deselect(ADDRESS_AMIRO),
+            Step::Select => pca9544a::select(ADDRESS_AMIRO, self.channel),
+            Step::ConfirmNone | Step::ConfirmSelected | Step::ConfirmStill => {
+                pca9544a::read_back(ADDRESS_AMIRO)
+            }
+            Step::ReadCommand => say::read_command(),
+            Step::ReadResult => say::read_result(),
+            Step::ReadAgain | Step::ReadOnceMore => say::read_proximity(),
+            Step::Identify => say::identify(),
+            Step::Stop => say::command(Command::STOP),
+            Step::Configure => say::configure(&Configuration::AMIRO),
+            Step::Start => say::command(Command::SELF_TIMED),
+        })
+    }
+
+    /// Takes the result of the transaction before: the bytes that were read, or how it
+    /// failed. Without such a transaction nothing happens. Some hundred instructions.
+    pub fn answer(&mut self, now_us: u64, result: Result<&[u8], BusFault>) {
+        let answer = match (self.step, result) {
+            (Step::Idle, _) => return,
+            (_, Err(BusFault::HeldLow | BusFault::Overdue)) => {
+                self.counters.line_failures = self.counters.line_failures.saturating_add(1);
+                self.selection = Selection::Unknown;
+                return self.end_round(now_us);
+            }
+            (Step::Deselect | Step::ConfirmNone, Err(_)) => return self.mux_failed(now_us),
+            (_, Err(_)) => return self.visit_failed(now_us),
+            (_, Ok(answer)) => answer,
+        };
+        match self.step {
+            Step::Idle => {}
+            Step::Deselect => self.step = Step::ConfirmNone,
+            Step::ConfirmNone => self.confirm_none(now_us, answer),
+            Step::Select => self.step = Step::ConfirmSelected,
+            Step::ConfirmSelected => self.confirm_selected(now_us, answer),
+            Step::ReadCommand => self.command_read(now_us, answer),
+            Step::ReadResult => self.result_read(now_us, answer),
+            Step::ReadAgain => self.proximity_read(now_us, answer, Step::ReadOnceMore),
+            Step::ReadOnceMore => self.proximity_read(now_us, answer, Step::ConfirmStill),
+            Step::Identify => self.identified(now_us, answer),
+            Step::Stop => self.step = Step::Configure,
+            Step::Configure => self.step = Step::Start,
+            Step::Start => self.bring(Outcome::Configured),
+            Step::ConfirmStill => self.confirm_still(now_us, answer),
+        }
+    }
+
+    /// Runs a whole round on a bus that waits; answers whether it began.
+    ///
+    /// At most eight visits of ten transactions.
+    pub fn poll<I: I2c>(&mut self, bus: &mut I, now_us: u64, moving: bool) -> bool {
+        let began = self.begin_round(now_us, moving);
+        while let Some(transaction) = self.next(now_us) {
+            match transaction.run_on(bus) {
+                Ok(answer) => self.answer(now_us, Ok(&answer)),
+                Err(fault) => self.answer(now_us, Err(fault)),
+            }
+        }
+        began
+    }
+
+    fn visit_next(&mut self, now_us: u64) {
+        if self.todo == Channels::NONE && !self.second_visits {
+            self.todo = core::mem::replace(&mut self.again, Channels::NONE);
+            self.second_visits = true;
+        }
+        let Some(channel) = self.todo.pop() else {
+            return self.end_round(now_us);
+        };
+        self.channel = channel;
+        self.step = match self.selection {
+            Selection::Unknown => Step::Deselect,
+            Selection::None | Selection::Channel(_) => Step::Select,
+        };
+    }
+
+    fn end_round(&mut self, now_us: u64) {
+        while let Some(channel) = self.owing.pop() {
+            self.sensor_mut(channel).failed(now_us);
+        }
+        self.step = Step::Idle;
+    }
+
+    fn mux_failed(&mut self, now_us: u64) {
+        self.counters.mux_failures = self.counters.mux_failures.saturating_add(1);
+        self.selection = Selection::Unknown;
+        self.end_round(now_us);
+    }
+
+    fn visit_failed(&mut self, now_us: u64) {
+        self.selection = Selection::Unknown;
+        let channel = self.channel;
+        if self.sensor(channel).deserves_another_attempt() && !self.second_visits {
+            self.again.insert(channel);
+        }
+        self.visit_next(now_us);
+    }
+
+    fn wrong_channel(&mut self) {
+        self.counters.wrong_channel = self.counters.wrong_channel.saturating_add(1);
+    }
+
+    fn confirm_none(&mut self, now_us: u64, answer: &[u8]) {
+        if pca9544a::selection(answer) != Selection::None {
+            self.wrong_channel();
+            return self.mux_failed(now_us);
+        }
+        self.selection = Selection::None;
+        self.step = Step::Select;
+    }
+
+    fn confirm_selected(&mut self, now_us: u64, answer: &[u8]) {
+        let wanted = Selection::Channel(self.channel);
+        if pca9544a::selection(answer) != wanted {
+            self.wrong_channel();
+            return self.visit_failed(now_us);
+        }
+        self.selection = wanted;
+        self.step = if self.sensor(self.channel).is_running() {
+            Step::ReadCommand
+        } else {
+            Step::Identify
+        };
+    }
+
+    fn command_read(&mut self, now_us: u64, answer: &[u8]) {
+        let [command] = *answer else {
+            return self.visit_failed(now_us);
+        };
+        let command = Command(command);
+        if !command.is_self_timed() {
+            self.step = Step::Identify;
+        } else if command.proximity_ready() {
+            self.step = Step::ReadResult;
+        } else {
+            self.bring(Outcome::NothingNew);
+        }
+    }
+
+    fn result_read(&mut self, now_us: u64, answer: &[u8]) {
+        let Some(measurement) = say::measurement(answer) else {
+            return self.visit_failed(now_us);
+        };
+        self.outcome = Outcome::Reading {
+            measurement,
+            torn: false,
+        };
+        self.step = Step::ReadAgain;
+    }
+
+    /// Compares with the value before; another one is taken and `otherwise` follows.
+    fn proximity_read(&mut self, now_us: u64, answer: &[u8], otherwise: Step) {
+        let (Some(proximity), Outcome::Reading { measurement, torn }) =
+            (say::proximity(answer), &mut self.outcome)
+        else {
+            return self.visit_failed(now_us);
+        };
+        if measurement.proximity == proximity {
+            self.step = Step::ConfirmStill;
+            return;
+        }
+        measurement.proximity = proximity;
+        *torn = true;
+        self.step = otherwise;
+    }
+
+    fn identified(&mut self, now_us: u64, answer: &[u8]) {
+        match *answer {
+            [IDENTITY] => self.step = Step::Stop,
+            [_] => self.bring(Outcome::Stranger),
+            _ => self.visit_failed(now_us),
+        }
+    }
+
+    fn bring(&mut self, outcome: Outcome) {
+        self.outcome = outcome;
+        self.step = Step::ConfirmStill;
+    }
+
+    fn confirm_still(&mut self, now_us: u64, answer: &[u8]) {
+        let channel = self.channel;
+        if pca9544a::selection(answer) != Selection::Channel(channel) {
+            self.wrong_channel();
+            self.sensor_mut(channel).discarded();
+            return self.visit_failed(now_us);
+        }
+        self.owing.remove(channel);
+        let moving = self.moving;
+        let outcome = self.outcome;
+        let first_visit = !self.second_visits;
+        let sensor = self.sensor_mut(channel);
+        match outcome {
+            Outcome::Configured => sensor.configured(),
+            Outcome::Stranger => sensor.is_a_stranger(now_us),
+            Outcome::Reading { measurement, torn } => {
+                if torn {
+                    sensor.torn();
+                }
+                sensor.take(now_us, measurement, moving);
+            }
+            Outcome::NothingNew => {
+                sensor.answered();
+                if first_visit {
+                    self.again.insert(channel);
+                }
+            }
+        }
+        self.visit_next(now_us);
+    }
+}
+
+#[cfg(test)]
+mod tests;
