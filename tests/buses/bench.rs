@@ -107,10 +107,12 @@ impl Bench {
         for sensor in 0..SENSORS {
             let tag = Self::tag(sensor);
             let raw = self.ring.raw(sensor);
-            if raw.is_some_and(|raw| !(tag..=tag + 2).contains(&raw)) {
-                let (one, two) = (self.buses.one.transcript(), self.buses.two.transcript());
-                panic!("{story}: sensor {sensor} has {raw:?}\nI2C1 {one}\nI2C2 {two}");
-            }
+            assert!(
+                raw.is_none_or(|raw| (tag..=tag + 2).contains(&raw)),
+                "{story}: sensor {sensor} has {raw:?}\nI2C1 {}\nI2C2 {}",
+                self.buses.one.transcript(),
+                self.buses.two.transcript()
+            );
         }
     }
 }
