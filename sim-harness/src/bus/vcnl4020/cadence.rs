@@ -27,14 +27,9 @@ impl Cadence {
         ended
     }
 
-    /// The measurement under way, and all that follow, end later.
-    pub(super) fn delay(&mut self, by_ns: u64) {
-        self.next_ns += by_ns;
-    }
-
-    /// The measurement under way ends now, the others a period after it.
-    pub(super) fn end_at(&mut self, now_ns: u64) {
-        self.next_ns = now_ns;
+    /// The measurement under way ends then, the others by their periods after it.
+    pub(super) fn end_at(&mut self, at_ns: u64) {
+        self.next_ns = at_ns;
     }
 }
 

@@ -104,10 +104,10 @@ impl Vcnl4020 {
         self.registers.identity = identity;
     }
 
-    /// The periodic proximity measurement under way, if any, ends so much later, and
-    /// with it all that follow.
-    pub fn delay(&mut self, by_ns: u64) {
-        self.registers.delay_proximity(by_ns);
+    /// The periodic proximity measurement under way, if any, ends then, and the others
+    /// follow it by their periods.
+    pub fn measure_next_at(&mut self, at_ns: u64) {
+        self.registers.measure_proximity_at(at_ns);
     }
 
     /// What proximity measurements give from now on, in counts.
@@ -420,11 +420,11 @@ mod tests {
     }
 
     #[test]
-    fn a_delay_moves_all_results_to_come() {
+    fn a_measurement_that_is_moved_moves_those_after_it() {
         let mut sensor = measuring();
         sensor.queue_signals(1..=9);
         sensor.pass(MS);
-        sensor.delay(5 * MS);
+        sensor.measure_next_at(14 * MS);
         for (now_ns, expected) in [
             (14 * MS - 1, 1),
             (14 * MS, 2),
@@ -434,7 +434,9 @@ mod tests {
             sensor.pass(now_ns);
             assert_eq!(sensor.register(0x88), expected, "{now_ns} ns");
         }
-        Vcnl4020::default().delay(1);
+        let mut idle = Vcnl4020::default();
+        idle.measure_next_at(MS);
+        assert_eq!(read(&mut idle, 0x80, 2 * MS), [0x80]);
     }
 
     #[test]

@@ -187,12 +187,13 @@ impl Registers {
         }
         let is_over = |end_ns: &mut u64| *end_ns <= now_ns;
         if self.single_proximity_ns.take_if(is_over).is_some() {
+            self.show_single();
             self.measure_proximity(light);
         }
         if self.single_ambient_ns.take_if(is_over).is_some() {
+            self.show_single();
             self.measure_ambient(light);
         }
-        self.show_single();
     }
 
     /// Ends the periodic proximity measurement under way; whether there is one.
@@ -205,10 +206,10 @@ impl Registers {
         true
     }
 
-    /// The periodic proximity measurement under way ends later.
-    pub(super) fn delay_proximity(&mut self, by_ns: u64) {
+    /// The periodic proximity measurement under way ends then.
+    pub(super) fn measure_proximity_at(&mut self, at_ns: u64) {
         if let Some(cadence) = &mut self.periodic_proximity {
-            cadence.delay(by_ns);
+            cadence.end_at(at_ns);
         }
     }
 

@@ -1,0 +1,118 @@
+//! The ring on the robot's buses, round after round.
+
+use amiro_ipf::driver::branch::ROUND_PERIOD_US;
+use amiro_ipf::driver::{ProximityRing, SensorState};
+use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::sensor::{SENSORS, Sample};
+use sim_harness::bus::{Fault, RobotBuses, SensorFault, place_of};
+
+/// Rounds after which sound sensors have earned trust: one configures, ten readings,
+/// and one in hand for clocks that have not ticked yet.
+const TO_TRUST: u64 = 13;
+
+/// A robot's buses, its ring, and a hand in front of each sensor.
+pub(crate) struct Bench {
+    pub(crate) buses: RobotBuses,
+    pub(crate) ring: ProximityRing,
+    round: u64,
+    generator: Generator,
+}
+
+impl Bench {
+    /// Power has just come up.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self {
+            buses: RobotBuses::default(),
+            ring: ProximityRing::new(),
+            round: 0,
+            generator: Generator::seeded(seed),
+        }
+    }
+
+    /// All sensors are trusted.
+    pub(crate) fn running(seed: u64) -> Self {
+        let mut bench = Self::new(seed);
+        bench.rounds(TO_TRUST);
+        assert!(bench.states().iter().all(|state| state.is_trusted()));
+        bench
+    }
+
+    /// What a sensor's measurements lie at: it and two counts above it.
+    pub(crate) fn tag(sensor: usize) -> u16 {
+        2_600 + 100 * sensor as u16
+    }
+
+    pub(crate) fn below(&mut self, bound: u32) -> u32 {
+        uniform_below(&mut self.generator, bound)
+    }
+
+    /// A round of a moving robot in which each sensor measures its tag.
+    pub(crate) fn round(&mut self) {
+        for sensor in 0..SENSORS {
+            let noise = self.below(3) as u16;
+            self.buses.set_signal(sensor, Self::tag(sensor) + noise);
+        }
+        self.round_as_it_is(true);
+    }
+
+    pub(crate) fn rounds(&mut self, rounds: u64) {
+        (0..rounds).for_each(|_| self.round());
+    }
+
+    /// A round in which the sensors measure what they were told before.
+    pub(crate) fn round_as_it_is(&mut self, moving: bool) {
+        let now_us = self.next_round_us();
+        self.buses.advance_to(now_us * 1_000);
+        let RobotBuses { one, two } = &mut self.buses;
+        self.ring.poll(one, two, now_us, moving);
+        self.round += 1;
+    }
+
+    /// When the next round begins, if the ones before have ended by then.
+    pub(crate) fn next_round_us(&self) -> u64 {
+        (self.round * ROUND_PERIOD_US).max(self.buses.now_ns().div_ceil(1_000))
+    }
+
+    /// When the last round began.
+    pub(crate) fn now_us(&self) -> u64 {
+        self.round.saturating_sub(1) * ROUND_PERIOD_US
+    }
+
+    pub(crate) fn states(&self) -> [SensorState; SENSORS] {
+        self.ring.states(self.now_us())
+    }
+
+    pub(crate) fn samples(&self) -> [Sample; SENSORS] {
+        self.ring.samples(self.now_us())
+    }
+
+    pub(crate) fn readings(&self) -> [u32; SENSORS] {
+        self.ring.counters().map(|counters| counters.readings)
+    }
+
+    /// Something happens to a sensor now.
+    pub(crate) fn strike(&mut self, sensor: usize, fault: SensorFault) {
+        let place = place_of(sensor);
+        let fault = Fault::Sensor {
+            channel: place.channel as u8,
+            fault,
+        };
+        let bus = self.buses.bus_mut(place.bus);
+        let now_ns = bus.now_ns();
+        bus.script.from_time(now_ns, fault);
+    }
+
+    /// No sensor has been credited with anything but its own measurements.
+    pub(crate) fn assert_own_tags(&self, story: &str) {
+        for sensor in 0..SENSORS {
+            let tag = Self::tag(sensor);
+            let raw = self.ring.raw(sensor);
+            assert!(
+                raw.is_none_or(|raw| (tag..=tag + 2).contains(&raw)),
+                "{story}: sensor {sensor} has {raw:?}\nI2C1 {}\nI2C2 {}",
+                self.buses.one.transcript(),
+                self.buses.two.transcript()
+            );
+        }
+    }
+}
