@@ -39,8 +39,10 @@ pub(crate) struct Board {
     /// The heartbeat's light.
     pub(crate) led: Led,
     /// The first bus, freed if it could be.
+    #[expect(dead_code, reason = "nobody has transactions for it yet")]
     pub(crate) bus_one: BusOne,
     /// The second bus, freed if it could be.
+    #[expect(dead_code, reason = "nobody has transactions for it yet")]
     pub(crate) bus_two: BusTwo,
     /// How the board introduces itself.
     pub(crate) boot: Boot,
