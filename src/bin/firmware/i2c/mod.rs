@@ -30,12 +30,15 @@
 //! verified on hardware.
 
 mod counters;
+mod limits;
 mod master;
 mod recovery;
 mod registers;
+mod stage;
 mod timing;
 
 pub(crate) use counters::Counters;
-pub(crate) use master::{Master, Progress};
+pub(crate) use master::Master;
 pub(crate) use registers::{Line, Register, Registers};
+pub(crate) use stage::Progress;
 pub(crate) use timing::Timing;
