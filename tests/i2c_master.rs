@@ -301,6 +301,26 @@ fn f02_a_bus_error_that_is_none_ends_nothing() {
 }
 
 #[test]
+fn f02_an_error_that_comes_while_another_is_served_is_not_cleared() {
+    const BERR: u16 = 1 << 8;
+    const AF: u16 = 1 << 10;
+    let frozen = Frozen {
+        status: BERR,
+        pins: true,
+        ..Frozen::default()
+    };
+    let written = frozen.written.clone();
+    let mut master = Master::new(frozen, Timing::fast(42_000_000), 0);
+    assert_eq!(master.begin(&transaction(1, 4), 0), Progress::Running);
+    assert_eq!(master.on_error(1), Progress::Running);
+    // Writing zero clears a flag.
+    let last = written.borrow().last().copied();
+    let (register, value) = last.unwrap();
+    assert_eq!(register, Register::Sr1);
+    assert_eq!(value & (BERR | AF), AF);
+}
+
+#[test]
 fn f02_counters_stay_at_their_greatest_value() {
     let mut bench = Bench::new(Part::at(ADDRESS), 2);
     let absent = Transaction::new(ADDRESS + 1, &[], 0);

@@ -4,67 +4,11 @@ use amiro_ipf::driver::{BusFault, LONGEST_READ, Transaction};
 use heapless::Vec;
 
 use super::counters::{Counters, count};
+use super::limits::{BACK_OFF_US, BYTE_US, LOOKS, STALL_US, STOP_US, USELESS_EVENTS};
 use super::recovery::recover;
 use super::registers::{Register, Registers, cr1, cr2, sr1, sr2};
+use super::stage::{Direction, Progress, Stage};
 use super::timing::Timing;
-
-/// Longest time without progress, microseconds. With a patrol every 500 us a hang is
-/// found within 900 us.
-const STALL_US: u64 = 400;
-
-/// Longest time for a stop, microseconds; it takes 4. A part that holds SDA low in a
-/// read is noticed only now, so this is short, yet leaves room for a stretched clock.
-const STOP_US: u64 = 50;
-
-/// Time for a byte on top of [`STALL_US`], microseconds: nine bits at 400 kHz are 22.5.
-const BYTE_US: u64 = 25;
-
-/// Waits before a dead bus is tried again, microseconds: the first, doubled up to the last.
-const BACK_OFF_US: (u64, u64) = (10_000, 1_000_000);
-
-/// Looks at the unit in which a stop is finished: two bit times, 5 us. A look is two
-/// readings over the peripheral bus, some 25 core cycles: these take 10 us at 168 MHz.
-const LOOKS: u8 = 64;
-
-/// Useless event interrupts in a row after which the event is no longer listened to.
-///
-/// A repeated start leaves the old event standing until it is on the bus: some six
-/// calls of half a microsecond. More than these would keep the patrol from running.
-const USELESS_EVENTS: u8 = 32;
-
-/// What a call has led to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
-    /// No transaction is under way.
-    Idle,
-    /// The transaction goes on.
-    Running,
-    /// The transaction has just ended: [`Master::result`]. Said once for each.
-    Done,
-    /// Not begun: another transaction is under way.
-    Refused,
-}
-
-/// Which way data go after the address.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Direction {
-    Write,
-    Read,
-}
-
-/// What the unit is asked to do next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
-    Idle,
-    /// A start is asked for; then the address.
-    Start(Direction),
-    /// The address is out; then its acknowledgement.
-    Address(Direction),
-    Writing,
-    Reading,
-    /// A stop is asked for, after which the transaction has ended thus.
-    Stop(Result<(), BusFault>),
-}
 
 /// A master of one bus. Times are microseconds of a clock that does not go back.
 ///
@@ -74,14 +18,15 @@ enum Stage {
 /// acknowledges one too many; ST's advice is the highest priority \[RM 27.3.3, method
 /// 1\]. Here the data register is only touched while the unit waits with SCL held low:
 /// after an acknowledged address (ADDR) or a byte finished (BTF) with the next one not
-/// to be had or not to be put, never on a register merely empty or full (TXE, RXNE).
+/// to be had or not to be put, never on a register merely empty or full (TXE, RXNE);
+/// but a single byte finishes nothing and is fetched after its stop, when none follows.
 /// A read of three bytes or more ends by \[RM method 2\]. Three places remain in which
-/// the unit runs on while it is told something, and 22 us or less to tell it in:
+/// the unit runs on while it is told something, for 22 us at most, in the last for 3:
 ///
 /// - one byte: the stop, after the address event is cleared;
 /// - two bytes: the refusal of the second, after the address event is cleared;
 /// - two or more: taking the last byte but one, after the stop is asked for, else the
-///   last one is shifted by a bit \[ES F1 2.14.1\].
+///   last one is shifted by a bit \[ES F1, wrong data read\].
 ///
 /// They are a few register accesses each and go through [`Registers::undisturbed`].
 pub(crate) struct Master<R> {
