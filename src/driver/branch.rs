@@ -190,6 +190,9 @@ pub struct Branch {
     again: Channels,
     /// Not heard of in this round.
     owing: Channels,
+    /// Had something new in this round. Reading it clears the ready bit, and a second
+    /// visit is still to have it.
+    news: Channels,
     second_visits: bool,
     moving: bool,
     began_us: u64,
@@ -214,6 +217,7 @@ impl Branch {
             todo: Channels::NONE,
             again: Channels::NONE,
             owing: Channels::NONE,
+            news: Channels::NONE,
             second_visits: false,
             moving: false,
             began_us: 0,
@@ -277,6 +281,7 @@ impl Branch {
         self.second_visits = false;
         self.again = Channels::NONE;
         self.todo = Channels::NONE;
+        self.news = Channels::NONE;
         for channel in Channel::ALL {
             if self.in_use.contains(channel) && self.sensor(channel).is_due(now_us) {
                 self.todo.insert(channel);
@@ -429,7 +434,8 @@ impl Branch {
         let command = Command(command);
         if !command.is_self_timed() {
             self.step = Step::Identify;
-        } else if command.proximity_ready() {
+        } else if command.proximity_ready() || self.news.contains(self.channel) {
+            self.news.insert(self.channel);
             self.step = Step::ReadResult;
         } else {
             self.bring(Outcome::NothingNew);

@@ -239,7 +239,6 @@ impl OffsetMeasurement {
 
     /// Each sensor's offset, or why it is refused. Before the measurement is done the
     /// sensors do not deliver.
-    #[must_use]
     pub fn results(&self) -> [Result<u16, OffsetRefusal>; SENSORS] {
         let mut results = [Err(OffsetRefusal::NotDelivering); SENSORS];
         for (result, tally) in results.iter_mut().zip(&self.tallies) {
