@@ -4,6 +4,8 @@ use super::super::fake::{Bus, NACK};
 use super::super::sensor_state::{SensorFault, SensorState};
 use super::super::vcnl4020::SATURATED;
 use super::*;
+use crate::driver::BusFault;
+use crate::driver::pca9544a::{self, ADDRESS_AMIRO, Channel};
 use crate::sensor::Sample;
 
 /// A branch on a bus, with a round every 8 ms and the time of the bus.
