@@ -20,6 +20,7 @@
 //! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
 //! - [`odometry`], [`pacing`], [`node`]: the portable program, from inputs to events.
+//! - [`driver`]: the parts on the I2C buses and the ring of sensors behind them.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere

@@ -194,6 +194,35 @@ fn answers_of_a_wrong_length_are_failures_and_end() {
 }
 
 #[test]
+fn whatever_the_bus_answers_a_round_ends_within_eighty_transactions() {
+    let mut random = Bus::new();
+    let mut branch = Branch::new(&Channel::ALL);
+    for round in 0..100_000 {
+        let now_us = round * ROUND_PERIOD_US;
+        assert!(branch.begin_round(now_us, true));
+        let mut transactions = 0;
+        while let Some(transaction) = branch.next(now_us) {
+            // Mostly what keeps the round going: channels, identities, ready bits.
+            let byte = match random.below(4) {
+                0 => random.below(256) as u8,
+                1 => 0x04 | random.below(4) as u8,
+                2 => [0x00, 0x21, 0x87, 0xa7][random.below(4) as usize],
+                _ => transaction.to_write().first().copied().unwrap_or(0x04),
+            };
+            let result = match random.below(40) {
+                0 => Err(BusFault::NoSuchPart),
+                1 => Err(BusFault::Misplaced),
+                _ => Ok(vec![byte; transaction.to_read()]),
+            };
+            let answer = result.as_deref().map_err(|fault| *fault);
+            branch.answer(now_us, answer);
+            transactions += 1;
+            assert!(transactions <= 80, "round {round}");
+        }
+    }
+}
+
+#[test]
 fn f01_an_unplugged_sensor_is_missing_in_the_third_round_and_the_others_lose_nothing() {
     let mut bench = Bench::running();
     let before = bench.branch.sensor(Channel::Zero).counters().readings;

@@ -42,7 +42,7 @@ pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
 
 /// The longest that a round holds a bus of this speed, microseconds, rounded up.
 ///
-/// 6.8 ms at 400 kHz, 12.1 ms at 100 kHz; what executes the transactions adds its own
+/// 6.02 ms at 400 kHz, 12.04 ms at 100 kHz; what executes the transactions adds its own
 /// time between them.
 #[must_use]
 pub const fn longest_round_us(bus_hz: u32) -> u64 {
