@@ -4,9 +4,11 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
+use crate::driver::{OffsetRefusal, Offsets};
 use crate::fault::Fault;
 use crate::filter::Outcome;
 use crate::geometry::{Point, Pose};
+use crate::health::Health;
 use crate::sensor::{SENSORS, Sample};
 
 /// Particle events in one batch: as many as fill a frame.
@@ -35,6 +37,16 @@ pub enum Event {
     },
     /// How the node and the board are, at 8 Hz.
     Status(Status),
+    /// The odometry broke off: the particles are forgotten, and what was found before
+    /// and what is found now share no origin.
+    BrokeOff {
+        /// Stamp of the first pose after it.
+        stamp_us: u64,
+    },
+    /// How the parts around the filter are, beside each status of a board.
+    Health(Health),
+    /// The sensors' offsets, after they were read, measured, or refused.
+    Offsets(OffsetReport),
 }
 
 /// Who speaks.
@@ -232,6 +244,19 @@ impl StepDone {
             .map(u32::from)
             .sum()
     }
+}
+
+/// The offsets in use, and what became of the last attempt to measure them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OffsetReport {
+    /// The offsets and where they come from.
+    pub offsets: Offsets,
+    /// Whether the board's memory holds them, or is being written.
+    pub is_kept: bool,
+    /// Why a sensor's could not be measured, in the last attempt; with any refused,
+    /// none is taken.
+    pub refused: [Option<OffsetRefusal>; SENSORS],
 }
 
 /// The nearest obstacle among the particles past the gate, for whoever steers.

@@ -22,11 +22,17 @@ pub enum Fault {
     TooManyParticles,
     /// A message arrived that is not an input.
     NotAnInput,
+    /// A pose or a wheel's speed is farther from the one before than a robot can get.
+    Implausible,
+    /// A step was due and no sensor in use had anything to say: nothing was done.
+    NoSensor,
+    /// Readings or odometry came over the link, but the board reads its own.
+    NotTheSource,
 }
 
 impl Fault {
     /// Every fault, in the order of its code on the wire.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::StampBackward,
         Self::NotFinite,
         Self::NoPose,
@@ -35,6 +41,9 @@ impl Fault {
         Self::BadParameter,
         Self::TooManyParticles,
         Self::NotAnInput,
+        Self::Implausible,
+        Self::NoSensor,
+        Self::NotTheSource,
     ];
 }
 
@@ -49,6 +58,9 @@ impl core::fmt::Display for Fault {
             Self::BadParameter => "parameter is outside its range",
             Self::TooManyParticles => "more particles than the capacity",
             Self::NotAnInput => "message is not an input",
+            Self::Implausible => "farther or faster than a robot can get",
+            Self::NoSensor => "no sensor has anything to say",
+            Self::NotTheSource => "the board reads its own sensors and odometry",
         })
     }
 }

@@ -44,4 +44,7 @@ pub enum Input {
         /// When.
         stamp_us: u64,
     },
+    /// Measure the sensors' offsets anew, with nothing near the robot. The board's to
+    /// do: the node takes no notice.
+    Calibrate,
 }

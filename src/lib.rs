@@ -14,13 +14,15 @@
 //! counts, odometry -> Input -> Node::handle -> InverseParticleFilter::step -> Event -> frame
 //! ```
 //!
-//! - [`math`], [`geometry`], [`random`], [`checksum`]: numbers; the only float
+//! - [`math`], [`geometry`], [`random`], [`seed`], [`checksum`]: numbers; the only float
 //!   functions, the only randomness.
 //! - [`sensor`], [`kinematics`]: the two models of the paper, sections 4.3 and 4.4.
 //! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
-//! - [`odometry`], [`pacing`], [`node`]: the portable program, from inputs to events.
-//! - [`driver`]: the parts on the I2C buses and the ring of sensors behind them.
+//! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
+//!   to events.
+//! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
+//!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -78,6 +80,7 @@
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
 )]
 
+pub mod can;
 pub mod checksum;
 pub mod config;
 pub mod driver;
@@ -85,6 +88,7 @@ pub mod event;
 pub mod fault;
 pub mod filter;
 pub mod geometry;
+pub mod health;
 pub mod input;
 pub mod kinematics;
 pub mod math;
@@ -92,6 +96,9 @@ pub mod node;
 pub mod odometry;
 pub mod pacing;
 pub mod random;
+pub mod sampling;
+pub mod seed;
+pub mod senses;
 pub mod sensor;
 pub mod wire;
 

@@ -11,8 +11,9 @@ use crate::filter::{InverseParticleFilter, Model, Outcome, ParticleSet, Tally};
 use crate::geometry::Pose;
 use crate::input::Input;
 use crate::math;
-use crate::odometry::Odometry;
+use crate::odometry::{Continuity, Odometry};
 use crate::pacing::Pacer;
+use crate::sampling::Sampling;
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
 /// The program: odometry, pace and filter, for up to N particles.
@@ -23,17 +24,17 @@ pub struct Node<'a, const N: usize> {
     filter: InverseParticleFilter<'a, N>,
     odometry: Odometry,
     pacer: Pacer,
+    sampling: Sampling,
     sampled: Option<Sampled>,
     last_step: Option<Pose>,
     status: NodeStatus,
 }
 
-/// The newest readings and where they were taken.
+/// When and where the newest readings were taken.
 #[derive(Clone, Copy, Debug)]
 struct Sampled {
     stamp_us: u64,
     pose: Pose,
-    samples: [Sample; SENSORS],
 }
 
 impl<'a, const N: usize> Node<'a, N> {
@@ -49,6 +50,7 @@ impl<'a, const N: usize> Node<'a, N> {
             filter: InverseParticleFilter::new(particles, config.particles(), config.seed),
             odometry: Odometry::default(),
             pacer: Pacer::default(),
+            sampling: Sampling::default(),
             sampled: None,
             last_step: None,
             status: NodeStatus::default(),
@@ -75,19 +77,23 @@ impl<'a, const N: usize> Node<'a, N> {
 
     /// Takes one input and emits the events that follow from it.
     ///
-    /// At most one step an input. [`Input::Hello`] is the link's to answer and does
-    /// nothing here.
+    /// At most one step an input. [`Input::Hello`] is the link's to answer and
+    /// [`Input::Calibrate`] the board's to do: they do nothing here.
     ///
     /// # Errors
     /// Why the input was refused; nothing has changed then but the counters.
     pub fn handle(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
         let handled = match *input {
-            Input::Hello => Ok(()),
+            Input::Hello | Input::Calibrate => Ok(()),
             Input::Configure(config) => self.configure(&config, emit),
-            Input::Odometry { stamp_us, pose } => self.odometry.take_pose(stamp_us, pose),
+            Input::Odometry { stamp_us, pose } => {
+                let taken = self.odometry.take_pose(stamp_us, pose);
+                self.follow(stamp_us, taken, emit)
+            }
             Input::Wheels { stamp_us, speeds } => {
-                self.odometry
-                    .take_wheels(&self.config.drive, stamp_us, speeds)
+                let drive = &self.config.drive;
+                let taken = self.odometry.take_wheels(drive, stamp_us, speeds);
+                self.follow(stamp_us, taken, emit)
             }
             Input::Proximity { stamp_us, samples } => self.sample(stamp_us, samples, emit),
             Input::Tick { .. } => self.tick(emit),
@@ -120,9 +126,8 @@ impl<'a, const N: usize> Node<'a, N> {
         self.model = config.model();
         self.filter.restart(config.particles(), config.seed);
         self.odometry = Odometry::default();
-        self.pacer = Pacer::default();
-        self.sampled = None;
-        self.last_step = None;
+        self.start_over();
+        self.sampling = Sampling::default();
         self.status = NodeStatus {
             inputs: self.status.inputs,
             refused: self.status.refused,
@@ -132,6 +137,29 @@ impl<'a, const N: usize> Node<'a, N> {
         };
         emit(&Event::Configured(*config));
         Ok(())
+    }
+
+    /// After odometry was taken: where nobody knows how the robot got there, no particle
+    /// can be moved.
+    fn follow(
+        &mut self,
+        stamp_us: u64,
+        taken: Result<Continuity, Fault>,
+        emit: &mut impl FnMut(&Event),
+    ) -> Result<(), Fault> {
+        if taken? == Continuity::BreaksOff {
+            self.filter.forget();
+            self.start_over();
+            emit(&Event::BrokeOff { stamp_us });
+        }
+        Ok(())
+    }
+
+    /// The next reading is the first one.
+    fn start_over(&mut self) {
+        self.pacer = Pacer::default();
+        self.sampled = None;
+        self.last_step = None;
     }
 
     /// Readings: find where they were taken, step if enough way lies behind.
@@ -151,14 +179,11 @@ impl<'a, const N: usize> Node<'a, N> {
         let travel_m = self
             .sampled
             .map(|before| before.pose.motion_to(&pose).travel());
-        let sampled = Sampled {
-            stamp_us,
-            pose,
-            samples,
-        };
+        let sampled = Sampled { stamp_us, pose };
         self.sampled = Some(sampled);
+        self.sampling.take(stamp_us, &samples);
         if self.is_step_due(travel_m) {
-            self.step(&sampled, emit);
+            return self.step(&sampled, emit);
         }
         Ok(())
     }
@@ -177,19 +202,27 @@ impl<'a, const N: usize> Node<'a, N> {
     fn tick(&mut self, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
         let sampled = self.sampled.ok_or(Fault::NoReading)?;
         if let StepRule::PerTick { .. } = self.config.step_rule {
-            self.step(&sampled, emit);
+            return self.step(&sampled, emit);
         }
         Ok(())
     }
 
     /// One step of the filter, and everything that is said about it.
-    fn step(&mut self, sampled: &Sampled, emit: &mut impl FnMut(&Event)) {
+    ///
+    /// Without a sensor that says anything there is none: particles that nobody can
+    /// contradict would age into walls.
+    fn step(&mut self, sampled: &Sampled, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
+        let samples = self.masked(&self.sampling.chosen(self.config.choice));
+        self.status.without = silent(&samples).0;
+        if silent(&samples) == SensorMask::ALL {
+            return Err(Fault::NoSensor);
+        }
+        self.sampling.begin_window();
         let index = self.status.steps;
         let motion = self
             .last_step
             .map(|before| before.motion_to(&sampled.pose))
             .unwrap_or_default();
-        let samples = self.masked(&sampled.samples);
         let readings = samples.map(|sample| self.model.photometry().read(sample));
         emit(&Event::StepBegun(StepBegun {
             index,
@@ -215,11 +248,7 @@ impl<'a, const N: usize> Node<'a, N> {
             range_m: place.norm(),
             bearing_rad: math::coarse_atan2(place.y, place.x),
         });
-        self.status.without = (0..SENSORS)
-            .zip(&samples)
-            .filter(|(_, sample)| !matches!(sample, Sample::Counts(_)))
-            .fold(SensorMask::NONE, |mask, (sensor, _)| mask.with(sensor))
-            .0;
+        Ok(())
     }
 
     /// The samples with those of the sensors that are not in use taken out.
@@ -232,6 +261,14 @@ impl<'a, const N: usize> Node<'a, N> {
         }
         masked
     }
+}
+
+/// The sensors that have no distance to say.
+fn silent(samples: &[Sample; SENSORS]) -> SensorMask {
+    (0..SENSORS)
+        .zip(samples)
+        .filter(|(_, sample)| !matches!(sample, Sample::Counts(_)))
+        .fold(SensorMask::NONE, |mask, (sensor, _)| mask.with(sensor))
 }
 
 fn step_done(index: u32, digest: u32, tally: &Tally) -> StepDone {
@@ -449,6 +486,80 @@ mod tests {
         assert_eq!(fed(&mut node, &at(0, 0.0, 0.0)), "");
         assert_eq!(fed(&mut node, &tick), "bd");
         assert!(fed(&mut node, &tick).ends_with('d'), "again, at standstill");
+    }
+
+    /// The same with another sample for each sensor.
+    fn with_samples(stamp_us: u64, x: f32, sample: Sample) -> [Input; 2] {
+        let [odometry, _] = at(stamp_us, x, 0.0);
+        let samples = [sample; SENSORS];
+        [odometry, Input::Proximity { stamp_us, samples }]
+    }
+
+    #[test]
+    fn f18_without_any_sensor_nothing_is_done_and_the_fault_is_named() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        fed(&mut node, &at(8_000, 0.0101, 0.0));
+        let (digest, steps) = (node.filter().digest(), node.status().steps);
+        for (row, sample) in [(1, Sample::Missing), (2, Sample::Saturated)] {
+            // Later than any sample that could still be used.
+            let dead = with_samples(row * 100_000, 0.0101 + row as f32 * 0.011, sample);
+            assert_eq!(fed(&mut node, &dead), "!");
+            assert_eq!(node.status().last_fault, Some(Fault::NoSensor));
+            assert_eq!(node.status().without, 0xff);
+        }
+        assert_eq!(node.filter().digest(), digest);
+        assert_eq!(node.status().steps, steps);
+        assert!(fed(&mut node, &at(300_000, 0.045, 0.0)).ends_with('d'));
+    }
+
+    #[test]
+    fn f20_silent_odometry_suspends_the_filter_and_a_second_forgets_the_particles() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        fed(&mut node, &at(63_000, 0.005, 0.0));
+        let samples = [Sample::Counts(78); SENSORS];
+        let reading = |stamp_us| Input::Proximity { stamp_us, samples };
+        let mut refused_since = None;
+        for stamp_us in (71_000..1_000_000).step_by(8_000) {
+            let kinds = fed(&mut node, &[reading(stamp_us)]);
+            if kinds == "!" {
+                refused_since.get_or_insert(stamp_us);
+                assert_eq!(node.status().last_fault, Some(Fault::StalePose));
+            } else {
+                // The motion goes on as before for three periods, then no longer.
+                assert_eq!(refused_since, None, "{stamp_us}: {kinds}");
+            }
+        }
+        assert!(refused_since.is_some_and(|stamp_us| stamp_us <= 63_000 + 208_000));
+        assert!(node.filter().live().next().is_some(), "kept for a second");
+        let back = Pose::new(0.02, 0.0, 0.0);
+        let odometry = Input::Odometry {
+            stamp_us: 1_063_001,
+            pose: back,
+        };
+        assert_eq!(fed(&mut node, &[odometry]), "?", "the odometry broke off");
+        assert_eq!(node.filter().live().count(), 0);
+        assert_eq!(fed(&mut node, &[reading(1_064_000)]), "bd");
+        assert!(node.filter().live().next().is_some());
+    }
+
+    #[test]
+    fn f31_a_new_origin_moves_no_particle() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        let kinds: Vec<_> = (1..=4)
+            .map(|row| fed(&mut node, &at(row * 63_000, 3.0, 0.0)))
+            .collect();
+        // Twice refused and predicted to stand still, then believed: a first step.
+        assert_eq!(kinds, ["!", "!", "?bd", ""]);
+        assert_eq!(node.status().last_fault, Some(Fault::Implausible));
     }
 
     #[test]

@@ -13,8 +13,24 @@ use crate::kinematics::{DifferentialDrive, WheelSpeeds};
 /// AMiRo's 63 ms, rounded up.
 pub const MAX_AGE_US: u64 = 200_000;
 
-/// Poses farther apart than this are not joined by an even motion.
-const MAX_GAP_US: u64 = 1_000_000;
+/// Poses farther apart than this are not joined: the robot may have been carried.
+pub const MAX_GAP_US: u64 = 1_000_000;
+
+/// Fastest that a wheel or the body is believed to be, metres a second: twice the
+/// 0.5 m/s that the AMiRo's own programs ask for at most, because two frames of 63 ms
+/// can carry the motion of two updates of 50 ms.
+pub const MAX_SPEED_M_PER_S: f32 = 1.0;
+
+/// Fastest turn that is believed, radians a second: twice 6 rad/s, for the same reason.
+pub const MAX_TURN_RAD_PER_S: f32 = 12.0;
+
+/// Way and turn that are believed in no time: the steps of 256 um and 256 urad in which
+/// the AMiRo sends its pose, with room.
+const SLACK_M: f32 = 0.001;
+const SLACK_RAD: f32 = 0.005;
+
+/// Implausible poses in a row, plausible among themselves, that are a new origin.
+const INSISTING: u8 = 3;
 
 /// The last two odometry poses, and how the robot moves beyond them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,6 +39,8 @@ pub struct Odometry {
     before: Option<Stamped>,
     /// Wheel speeds since the last pose, when the source of motion is wheel speeds.
     speeds: Option<WheelSpeeds>,
+    /// The last pose that was implausible, and how many of them agree.
+    suspect: Option<(Stamped, u8)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -31,33 +49,63 @@ struct Stamped {
     pose: Pose,
 }
 
+impl Stamped {
+    /// Whether a robot can get from here to `next` in the time between.
+    fn reaches(&self, next: &Self) -> bool {
+        let seconds = next.stamp_us.saturating_sub(self.stamp_us) as f32 * 1e-6;
+        let motion = self.pose.motion_to(&next.pose);
+        motion.displacement.norm() <= MAX_SPEED_M_PER_S * seconds + SLACK_M
+            && motion.turn.radians().abs() <= MAX_TURN_RAD_PER_S * seconds + SLACK_RAD
+    }
+}
+
+/// How a pose follows from those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continuity {
+    /// The robot drove there.
+    Continues,
+    /// Nobody knows how the robot got there: the odometry was silent for more than
+    /// [`MAX_GAP_US`], or insists on another origin.
+    BreaksOff,
+}
+
 impl Odometry {
-    /// Takes a pose. An equal stamp replaces the pose before.
+    /// Takes a pose.
+    ///
+    /// An equal stamp is a repetition and changes nothing. A pose that no robot can
+    /// reach in its time is refused and the last one held, until three in a row agree
+    /// with each other: the odometry then has a new origin.
     ///
     /// # Errors
-    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]. The pose is then ignored.
-    pub fn take_pose(&mut self, stamp_us: u64, pose: Pose) -> Result<(), Fault> {
+    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]; [`Fault::Implausible`]. The pose
+    /// is then ignored.
+    pub fn take_pose(&mut self, stamp_us: u64, pose: Pose) -> Result<Continuity, Fault> {
         if !pose.is_finite() {
             return Err(Fault::NotFinite);
         }
-        self.push(Stamped { stamp_us, pose })?;
+        let continuity = self.push(Stamped { stamp_us, pose })?;
         self.speeds = None;
-        Ok(())
+        Ok(continuity)
     }
 
     /// Takes wheel speeds that hold from the stamp on; poses are reckoned from them,
     /// from the origin if none is known.
     ///
     /// # Errors
-    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]. The speeds are then ignored.
+    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]; [`Fault::Implausible`] for a
+    /// wheel faster than [`MAX_SPEED_M_PER_S`]. The speeds are then ignored.
     pub fn take_wheels(
         &mut self,
         drive: &DifferentialDrive,
         stamp_us: u64,
         speeds: WheelSpeeds,
-    ) -> Result<(), Fault> {
-        if !(speeds.left_m_per_s.is_finite() && speeds.right_m_per_s.is_finite()) {
+    ) -> Result<Continuity, Fault> {
+        let wheels = [speeds.left_m_per_s, speeds.right_m_per_s];
+        if !wheels.iter().all(|speed| speed.is_finite()) {
             return Err(Fault::NotFinite);
+        }
+        if wheels.iter().any(|speed| speed.abs() > MAX_SPEED_M_PER_S) {
+            return Err(Fault::Implausible);
         }
         let pose = match (self.last, self.speeds) {
             (Some(last), Some(before)) if stamp_us >= last.stamp_us => {
@@ -66,19 +114,50 @@ impl Odometry {
             (Some(last), _) => last.pose,
             (None, _) => Pose::default(),
         };
-        self.push(Stamped { stamp_us, pose })?;
+        let continuity = self.push(Stamped { stamp_us, pose })?;
         self.speeds = Some(speeds);
-        Ok(())
+        Ok(continuity)
     }
 
-    fn push(&mut self, next: Stamped) -> Result<(), Fault> {
-        match self.last {
-            Some(last) if next.stamp_us < last.stamp_us => return Err(Fault::StampBackward),
-            Some(last) if next.stamp_us == last.stamp_us => {}
-            last => self.before = last,
+    fn push(&mut self, next: Stamped) -> Result<Continuity, Fault> {
+        let Some(last) = self.last else {
+            self.last = Some(next);
+            return Ok(Continuity::Continues);
+        };
+        if next.stamp_us < last.stamp_us {
+            return Err(Fault::StampBackward);
         }
-        self.last = Some(next);
-        Ok(())
+        if next.stamp_us == last.stamp_us {
+            return Ok(Continuity::Continues);
+        }
+        if next.stamp_us - last.stamp_us > MAX_GAP_US {
+            self.begin_at(next);
+            return Ok(Continuity::BreaksOff);
+        }
+        if last.reaches(&next) {
+            self.before = self.last;
+            self.last = Some(next);
+            self.suspect = None;
+            return Ok(Continuity::Continues);
+        }
+        let agreeing = match self.suspect {
+            Some((suspect, agreeing)) if suspect.reaches(&next) => agreeing + 1,
+            _ => 1,
+        };
+        if agreeing < INSISTING {
+            self.suspect = Some((next, agreeing));
+            return Err(Fault::Implausible);
+        }
+        self.begin_at(next);
+        Ok(Continuity::BreaksOff)
+    }
+
+    /// Forgets how the robot got where it is.
+    fn begin_at(&mut self, origin: Stamped) {
+        *self = Self {
+            last: Some(origin),
+            ..Self::default()
+        };
     }
 
     /// The pose at a stamp.
@@ -109,7 +188,7 @@ impl Odometry {
     fn along_last_motion(&self, last: &Stamped, stamp_us: u64) -> Option<Pose> {
         let before = self.before?;
         let gap_us = last.stamp_us - before.stamp_us;
-        if stamp_us < before.stamp_us || gap_us > MAX_GAP_US {
+        if stamp_us < before.stamp_us {
             return None;
         }
         let fraction = (stamp_us - before.stamp_us) as f32 / gap_us as f32;
@@ -217,12 +296,122 @@ mod tests {
     }
 
     #[test]
-    fn an_equal_stamp_replaces_the_pose() {
+    fn f30_no_number_that_is_not_finite_is_taken() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for pose in [
+                Pose::new(bad, 0.0, 0.0),
+                Pose::new(0.0, bad, 0.0),
+                Pose::new(0.0, 0.0, bad),
+            ] {
+                let mut odometry = straight();
+                assert_eq!(odometry.take_pose(1_060_000, pose), Err(Fault::NotFinite));
+                let held = odometry.pose_at(&DRIVE, 1_060_000).unwrap();
+                assert!((held.position.x - 0.0048).abs() < 1e-6, "{held:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn f31_a_jump_is_refused_and_the_last_pose_held() {
         let mut odometry = straight();
-        odometry
-            .take_pose(1_050_000, Pose::new(0.005, 0.0, 0.0))
-            .unwrap();
+        for (stamp_us, pose) in [
+            (1_113_000, Pose::new(0.5, 0.0, 0.0)),
+            (1_176_000, Pose::new(-3.0, 0.0, 0.0)),
+            // 63 ms at 12 rad/s are 0.76 rad.
+            (1_200_000, Pose::new(0.004, 0.0, 2.9)),
+        ] {
+            assert_eq!(
+                odometry.take_pose(stamp_us, pose),
+                Err(Fault::Implausible),
+                "{pose:?}"
+            );
+        }
+        let good = odometry.take_pose(1_210_000, Pose::new(0.012, 0.0, 0.0));
+        assert_eq!(good, Ok(Continuity::Continues));
+    }
+
+    #[test]
+    fn f31_an_odometry_that_insists_has_a_new_origin() {
+        let mut odometry = straight();
+        let moved = |step: u64| {
+            (
+                1_113_000 + step * 63_000,
+                Pose::new(5.0 + step as f32 * 0.005, 0.0, 0.0),
+            )
+        };
+        let taken: Vec<_> = (0..4)
+            .map(|step| {
+                let (stamp_us, pose) = moved(step);
+                odometry.take_pose(stamp_us, pose)
+            })
+            .collect();
+        assert_eq!(
+            taken,
+            [
+                Err(Fault::Implausible),
+                Err(Fault::Implausible),
+                Ok(Continuity::BreaksOff),
+                Ok(Continuity::Continues)
+            ]
+        );
+        // Nothing joins the two origins.
+        assert_eq!(odometry.pose_at(&DRIVE, 1_060_000), Err(Fault::StalePose));
+    }
+
+    #[test]
+    fn f31_fast_but_possible_driving_is_believed() {
+        // 0.5 m/s and 6 rad/s, seen through frames that carry one or two updates.
+        let mut odometry = Odometry::default();
+        for frame in 0..200_u64 {
+            let update_s = (frame * 63_000 / 50_000 * 50_000) as f32 * 1e-6;
+            let pose = Pose::new(0.5 * update_s, 0.0, 6.0 * update_s);
+            assert_eq!(
+                odometry.take_pose(frame * 63_000, pose),
+                Ok(Continuity::Continues),
+                "frame {frame}"
+            );
+        }
+    }
+
+    #[test]
+    fn f35_no_time_is_skipped_backward_dropped_a_long_gap_breaks_off() {
+        let mut odometry = straight();
+        let nowhere = Pose::new(9.0, 9.0, 3.0);
+        assert_eq!(
+            odometry.take_pose(1_050_000, nowhere),
+            Ok(Continuity::Continues),
+            "an equal stamp is a repetition"
+        );
         let between = odometry.pose_at(&DRIVE, 1_025_000).unwrap();
-        assert!((between.position.x - 0.0025).abs() < 1e-7, "{between:?}");
+        assert!((between.position.x - 0.002).abs() < 1e-7, "{between:?}");
+        for stamp_us in [0, 1, 1_049_999] {
+            assert_eq!(
+                odometry.take_pose(stamp_us, Pose::default()),
+                Err(Fault::StampBackward)
+            );
+        }
+        for (gap_us, expected) in [
+            (1, Err(Fault::Implausible)),
+            (MAX_GAP_US, Err(Fault::Implausible)),
+            (MAX_GAP_US + 1, Ok(Continuity::BreaksOff)),
+            (u64::MAX - 1_050_000, Ok(Continuity::BreaksOff)),
+        ] {
+            let mut odometry = straight();
+            assert_eq!(odometry.take_pose(1_050_000 + gap_us, nowhere), expected);
+            let _ = odometry.pose_at(&DRIVE, 1_050_000 + gap_us);
+        }
+    }
+
+    #[test]
+    fn a_wheel_too_fast_for_any_robot_is_refused() {
+        let speeds = WheelSpeeds {
+            left_m_per_s: 80.0,
+            right_m_per_s: 0.08,
+        };
+        let mut odometry = Odometry::default();
+        assert_eq!(
+            odometry.take_wheels(&DRIVE, 0, speeds),
+            Err(Fault::Implausible)
+        );
     }
 }

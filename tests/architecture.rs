@@ -70,6 +70,15 @@ fn models_know_no_filter() {
 }
 
 #[test]
+fn bus_knows_no_filter_and_its_controller_no_board() {
+    let words = ["crate::filter", "crate::node", "crate::wire"];
+    assert_never_names("src/can", &words);
+    // Tests include the controller: it names the library and itself, nothing else.
+    let words = ["stm32f4xx_hal", "cortex_m", "rtic", "crate::"];
+    assert_never_names("src/bin/firmware/can", &words);
+}
+
+#[test]
 fn core_knows_no_board() {
     for (path, text) in sources("src") {
         if path.to_string_lossy().contains("/bin/") {

@@ -20,6 +20,7 @@ use amiro_ipf::wire::{
     Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WINDOW, WIRE_VERSION,
 };
 use sim_harness::link::{Board, Comparison, LinkError, Verdict, drive};
+use sim_harness::run;
 
 /// Steps of [`inputs`]: one at the start and one per 10 mm.
 const STEPS: usize = 7;
@@ -74,7 +75,13 @@ fn verdict_of(
     }
     let mut board = Board::in_memory(on_line);
     board.greet().unwrap();
-    drive(&mut board, inputs, |event| comparison.meet(event), || ()).unwrap();
+    drive(
+        &mut board,
+        inputs,
+        |event| comparison.meet(event),
+        |_, _| (),
+    )
+    .unwrap();
     comparison.verdict(board.boot(), board.lost_frames())
 }
 
@@ -285,7 +292,7 @@ fn nothing_compared_is_not_equal() {
         &mut board,
         only_configured,
         |event| comparison.meet(event),
-        || (),
+        |_, _| (),
     )
     .unwrap();
     let verdict = comparison.verdict(board.boot(), board.lost_frames());
@@ -308,7 +315,7 @@ fn a_step_too_many_is_found() {
     let mut inputs = inputs();
     let stamp_us = 1_000_000;
     let pose = Pose::new(0.0705, 0.0, 0.0);
-    let samples = [Sample::Missing; 8];
+    let samples = [Sample::Counts(3); 8];
     inputs.push(Input::Odometry { stamp_us, pose });
     inputs.push(Input::Proximity { stamp_us, samples });
     let verdict = verdict_of(&inputs, |_| true);
@@ -348,7 +355,7 @@ fn an_input_without_an_answer_ends_the_run_within_the_deadline() {
     board.greet().unwrap();
     let start = Instant::now();
     let mut answered = 0;
-    let driven = drive(&mut board, &inputs(), |_| (), || answered += 1);
+    let driven = drive(&mut board, &inputs(), |_| (), |_, _| answered += 1);
     let Err(error @ LinkError::NoAnswer { input: 2 }) = driven else {
         panic!("{driven:?}");
     };
@@ -360,22 +367,37 @@ fn an_input_without_an_answer_ends_the_run_within_the_deadline() {
 }
 
 #[test]
-fn an_input_that_the_board_refuses_ends_the_run_and_is_named() {
+fn an_input_that_the_board_alone_refuses_is_a_difference_and_is_named() {
     let mut inputs = inputs();
-    inputs.insert(
-        9,
-        Input::Odometry {
-            stamp_us: 0,
-            pose: Pose::default(),
-        },
-    );
-    let mut board = Board::in_memory(|_| true);
-    board.greet().unwrap();
-    let driven = drive(&mut board, &inputs, |_| (), || ());
-    let Err(LinkError::Refused { input, fault }) = driven else {
-        panic!("{driven:?}");
+    let late = Input::Odometry {
+        stamp_us: 0,
+        pose: Pose::default(),
     };
-    assert_eq!((input, fault), (9, Fault::StampBackward));
+    inputs.insert(9, late);
+    for (expected, equal) in [(vec![(9, Fault::StampBackward)], true), (vec![], false)] {
+        let mut board = Board::in_memory(|_| true);
+        board.greet().unwrap();
+        let mut comparison = Comparison::default();
+        run(&config(), &inputs[1..], |event| comparison.expect(event)).unwrap();
+        comparison.expect_refusals(&expected);
+        let mut answers = Vec::new();
+        drive(
+            &mut board,
+            &inputs,
+            |event| comparison.meet(event),
+            |input, refused| answers.push((input, refused)),
+        )
+        .unwrap();
+        for (input, refused) in answers {
+            comparison.meet_answer(input, refused);
+        }
+        let verdict = comparison.verdict(board.boot(), board.lost_frames());
+        assert_eq!(verdict.equal, equal, "{verdict}");
+        let named = verdict
+            .to_string()
+            .contains("input 9 was refused (stamp lies");
+        assert_eq!(named, !equal, "{verdict}");
+    }
 }
 
 #[test]
@@ -404,7 +426,7 @@ fn f6a_a_board_that_starts_anew_in_the_middle_ends_the_run() {
         true
     });
     board.greet().unwrap();
-    let error = drive(&mut board, &inputs(), |_| (), || ()).unwrap_err();
+    let error = drive(&mut board, &inputs(), |_| (), |_, _| ()).unwrap_err();
     assert!(matches!(error, LinkError::Restarted { .. }), "{error}");
 }
 

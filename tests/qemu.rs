@@ -89,7 +89,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
                 last = Some(*status);
             }
         },
-        || (),
+        |_, _| (),
     )
     .unwrap();
     let verdict = comparison.verdict(board.boot(), board.lost_frames());
@@ -148,7 +148,7 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
     };
     let mut start = vec![Input::Configure(config)];
     start.extend(inputs(1));
-    drive(&mut board, &start, |_| (), || ()).unwrap();
+    drive(&mut board, &start, |_| (), |_, _| ()).unwrap();
     // Ten seconds of the board's own time between two of its statuses.
     let mut first: Option<Status> = None;
     loop {

@@ -1,6 +1,7 @@
 //! Recordings through the public door: whatever a file holds, the good rows are used.
 //!
-//! Names that begin with f80 to f86 are entries of the fault catalogue: log files.
+//! Names that begin with f32 and f80 to f86 are entries of the fault catalogue: units, log
+//! files.
 
 mod common;
 
@@ -667,6 +668,191 @@ fn f85_sources_without_a_usable_row_are_no_recordings() {
             "{error}"
         );
     }
+}
+
+/// A drive's pose: metres and radians, the heading from 0 to 2 pi.
+type DrivenPose = (f64, f64, f64);
+
+/// 126 rows of a drive from (2.15, -0.9): straight ahead, and a bend to the left.
+fn driven() -> Vec<DrivenPose> {
+    let (mut x, mut y, mut heading) = (2.15_f64, -0.9_f64, 5.82_f64);
+    (0..126)
+        .map(|index| {
+            let turn = if index > 60 { 0.012 } else { 0.0 };
+            heading = (heading + turn) % std::f64::consts::TAU;
+            x += 0.0065 * heading.cos();
+            y += 0.0065 * heading.sin();
+            (x, y, heading)
+        })
+        .collect()
+}
+
+/// A row of text with a reading that changes; the pose's numbers as they are written.
+fn row_of(index: usize, [x, y, heading]: [String; 3]) -> String {
+    let counts = 100 + 5 * (index % 40);
+    format!("0\t{counts}\t108\t0\t0\t3\t{index}\t0\t{x}\t{y}\t{heading}\n")
+}
+
+/// Text of a drive whose numbers are `length` to a metre and `angle` to a radian.
+fn text_in(drive: &[DrivenPose], length: f64, angle: f64, decimals: usize) -> String {
+    let rows = drive.iter().enumerate().map(|(index, (x, y, heading))| {
+        let numbers = [x * length, y * length, heading * angle];
+        row_of(index, numbers.map(|number| format!("{number:.decimals$}")))
+    });
+    HEADER.to_owned() + &rows.collect::<String>().replace("\t-0\t", "\t0\t")
+}
+
+/// Six ways to be wrong: numbers to a metre and to a radian, and what they look like.
+const WRONG_UNITS: [(f64, f64, &str); 6] = [
+    (1e3, 1e6, "X and Y look like millimetres"),
+    (1e2, 1e6, "X and Y look like centimetres"),
+    (1.0, 1e6, "X and Y look like metres"),
+    (
+        1e6,
+        180.0 / std::f64::consts::PI,
+        "Theta looks like degrees",
+    ),
+    (1e6, 1.0, "Theta looks like radians"),
+    (1e6, 1e3, "Theta looks like milliradians"),
+];
+
+fn assert_wrong_units_are_named(name: &str, drive: &[DrivenPose]) {
+    let good = reading(text_in(drive, 1e6, 1e6, 0));
+    assert!(good.is_ok(), "{name}: {}", good.unwrap_err());
+    for (length, angle, hint) in WRONG_UNITS {
+        for decimals in [0, 6] {
+            let error = reading(text_in(drive, length, angle, decimals)).unwrap_err();
+            let is_doubted = matches!(error.problem(), Problem::ImplausibleUnits { .. });
+            assert!(is_doubted, "{name}, {hint}, {decimals}: {error}");
+            assert!(
+                error.to_string().contains(hint),
+                "{name}, {hint}, {decimals}: {error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn f32_numbers_in_six_wrong_units_are_refused_by_their_name() {
+    assert_wrong_units_are_named("made", &driven());
+    let backward: Vec<DrivenPose> = driven().into_iter().rev().collect();
+    assert_wrong_units_are_named("backward", &backward);
+}
+
+#[test]
+fn f32_real_drives_in_wrong_units_are_refused_by_their_name() {
+    let Some(data) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    for name in ["Left", "Gang", "Right_Right"] {
+        let path = data.join(format!("amiro/RingProximityAndOdometry_{name}.txt"));
+        let drive: Vec<DrivenPose> = read(&path)
+            .unwrap()
+            .inputs
+            .iter()
+            .filter_map(|input| match input {
+                Input::Odometry { pose, .. } => Some((
+                    f64::from(pose.position.x),
+                    f64::from(pose.position.y),
+                    f64::from(pose.heading.radians()).rem_euclid(std::f64::consts::TAU),
+                )),
+                _ => None,
+            })
+            .collect();
+        assert_wrong_units_are_named(name, &drive);
+    }
+}
+
+#[test]
+fn f32_stepped_series_and_standing_robots_are_read() {
+    // Jitter by a step of the odometry, and none at all, while something passes by.
+    for jitter in [0.0, 256e-6] {
+        for place in [0.0, 1.5] {
+            let standing: Vec<DrivenPose> = (0..200)
+                .map(|index| (place + jitter * f64::from(index % 2), 0.0, 1.0))
+                .collect();
+            let recording = reading(text_in(&standing, 1e6, 1e6, 0));
+            assert!(recording.is_ok(), "{}", recording.unwrap_err());
+        }
+    }
+    let Some(data) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let followed = ["alone", "wall20", "wall40", "wall60"].map(|name| format!("follow_{name}"));
+    let beside = ["Gang_25", "Right_10", "Right_50"].map(|name| format!("Data_{name}"));
+    for name in followed.iter().chain(&beside) {
+        let recording = read(&data.join(format!("amiro/{name}.txt")));
+        assert!(recording.is_ok(), "{}", recording.unwrap_err());
+    }
+}
+
+#[test]
+fn f32_drive_that_stays_within_a_step_while_its_readings_change_is_refused() {
+    // Cut to whole metres, a drive of 0.6 m stands at (2, 0).
+    let rows: Vec<DrivenPose> = (0..100)
+        .map(|index| (2.0 + 0.0 * f64::from(index), 0.0, 0.0))
+        .collect();
+    let error = reading(text_in(&rows, 1.0, 1e6, 0)).unwrap_err();
+    assert!(error.to_string().contains("look like metres"), "{error}");
+    // The same place with readings that stay: a robot that stands.
+    let still = HEADER.to_owned()
+        + &(0..100)
+            .map(|index| format!("0\t10{}\t0\t0\t0\t0\t0\t0\t2\t0\t0\n", index % 10))
+            .collect::<String>();
+    assert!(reading(still).is_ok());
+}
+
+#[test]
+fn f32_stream_that_is_too_fast_is_refused_with_its_unit() {
+    let stream_in = |length: f32| {
+        let inputs: Vec<Input> = (0..200)
+            .map(|index| odometry(63_000 * index, 0.08 * 0.063 * length * index as f32))
+            .collect();
+        reading(stream_of(&inputs))
+    };
+    assert!(stream_in(1.0).is_ok());
+    // Ten times the paper's speed.
+    assert!(stream_in(10.0).is_ok());
+    for (length, unit) in [
+        (1e2, "centimetres"),
+        (1e3, "millimetres"),
+        (1e6, "micrometres"),
+    ] {
+        let error = stream_in(length).unwrap_err();
+        let hint = format!("positions and speeds look like {unit}");
+        assert!(error.to_string().contains(&hint), "{error}");
+    }
+    let wheels = |speed: f32| {
+        let speeds = WheelSpeeds {
+            left_m_per_s: speed,
+            right_m_per_s: speed,
+        };
+        let wheels = (0..20).map(|index| Input::Wheels {
+            stamp_us: 63_000 * index,
+            speeds,
+        });
+        reading(stream_of(&wheels.collect::<Vec<_>>()))
+    };
+    assert!(wheels(-0.08).is_ok());
+    let error = wheels(-80.0).unwrap_err();
+    assert!(
+        error.to_string().contains("look like millimetres"),
+        "{error}"
+    );
+}
+
+#[test]
+fn f32_poses_that_come_late_or_after_a_gap_are_not_fast() {
+    // Every pose stamped with the sample 1 ms after its change; and a robot that was
+    // carried away in each of fifteen gaps.
+    let mut inputs = Vec::new();
+    for index in 0..4_000_u64 {
+        let carried = (index / 250) as f32 * 3.0;
+        let place = (index / 63 * 63) as f32 * 1e-3 * 0.4 + carried;
+        inputs.push(odometry(1_000 * index + index / 250 * 2_000_000, place));
+    }
+    let recording = reading(stream_of(&inputs));
+    assert!(recording.is_ok(), "{}", recording.unwrap_err());
 }
 
 /// A directory of a test's own, gone when the test is.

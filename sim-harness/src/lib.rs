@@ -8,7 +8,11 @@
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
 //! and written ([`figures`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.
+//!
+//! Below the readings lies the robot's wiring: [`bus`] has the parts of its two I2C
+//! buses as they behave on the wire, faults included, for the drivers to run against.
 
+pub mod bus;
 pub mod calibration;
 pub mod evaluation;
 pub mod figures;

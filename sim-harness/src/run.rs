@@ -17,6 +17,8 @@ pub struct RunOutcome {
     pub steps: u32,
     /// How many inputs were refused, by fault in the order of [`Fault::ALL`].
     pub refused: [u64; Fault::ALL.len()],
+    /// Which inputs were refused and why: their numbers from 0, ascending.
+    pub refusals: Vec<(usize, Fault)>,
 }
 
 impl RunOutcome {
@@ -26,7 +28,8 @@ impl RunOutcome {
         counted.filter(|(_, count)| *count > 0)
     }
 
-    fn count(&mut self, fault: Fault) {
+    fn count(&mut self, input: usize, fault: Fault) {
+        self.refusals.push((input, fault));
         let counters = Fault::ALL.into_iter().zip(&mut self.refused);
         for (_, counter) in counters.filter(|(word, _)| *word == fault) {
             *counter += 1;
@@ -77,9 +80,9 @@ pub fn run(
     };
     node.handle(&Input::Configure(*config), &mut emit)
         .map_err(RunError::Refused)?;
-    for input in inputs {
+    for (index, input) in inputs.iter().enumerate() {
         if let Err(fault) = node.handle(input, &mut emit) {
-            outcome.count(fault);
+            outcome.count(index, fault);
         }
     }
     outcome.steps = steps;

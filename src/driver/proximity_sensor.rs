@@ -142,6 +142,12 @@ impl ProximitySensor {
         self.last.map(|last| last.proximity)
     }
 
+    /// Age of that value, microseconds.
+    #[must_use]
+    pub fn age_us(&self, now_us: u64) -> Option<u64> {
+        self.last.map(|last| now_us.saturating_sub(last.stamp_us))
+    }
+
     /// What happened to it since the start.
     #[must_use]
     pub const fn counters(&self) -> SensorCounters {

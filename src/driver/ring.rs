@@ -126,7 +126,9 @@ impl ProximityRing {
         }
     }
 
-    const fn sensor_at(&self, place: Place) -> &ProximitySensor {
+    /// The sensor at a place.
+    #[must_use]
+    pub const fn sensor_at(&self, place: Place) -> &ProximitySensor {
         self.branch(place.bus).sensor(place.channel)
     }
 

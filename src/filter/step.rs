@@ -62,6 +62,11 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.rng = Generator::seeded(seed);
     }
 
+    /// Forgets every particle; the next step draws them anew. The generator goes on.
+    pub fn forget(&mut self) {
+        self.particles.clear();
+    }
+
     /// The digest of the set, see [`ParticleSet::digest`].
     #[must_use]
     pub fn digest(&self) -> u32 {

@@ -4,6 +4,7 @@
 //! memory.
 
 use super::{Decoder, Encoder, Losses, Message, Outgoing, Received};
+use crate::config::Source;
 use crate::event::{Boot, Event, Status};
 use crate::fault::Fault;
 use crate::input::Input;
@@ -28,6 +29,10 @@ impl Importance {
 }
 
 /// A node behind a link.
+///
+/// What the board reads itself goes out as input frames before it is handled: a
+/// recording of a robot holds its readings just as that of a host does, and replays
+/// alike.
 #[derive(Debug)]
 pub struct Terminal<'a, const N: usize> {
     node: Node<'a, N>,
@@ -36,6 +41,7 @@ pub struct Terminal<'a, const N: usize> {
     encoder: Encoder,
     losses: Losses,
     broken_frames: u32,
+    calibration_wanted: bool,
 }
 
 impl<'a, const N: usize> Terminal<'a, N> {
@@ -48,7 +54,13 @@ impl<'a, const N: usize> Terminal<'a, N> {
             encoder: Encoder::new(boot_id),
             losses: Losses::new(),
             broken_frames: 0,
+            calibration_wanted: false,
         }
+    }
+
+    /// Whether a host has asked for new offsets since the last call.
+    pub fn take_calibration(&mut self) -> bool {
+        core::mem::take(&mut self.calibration_wanted)
     }
 
     /// The node behind the link.
@@ -96,8 +108,23 @@ impl<'a, const N: usize> Terminal<'a, N> {
         }
     }
 
-    /// Hands an input of the board's own to the node: a tick, later a reading.
+    /// Says something of the board's own.
+    pub fn tell(&mut self, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {
+        self.say(event, send);
+    }
+
+    /// Hands an input of the board's own to the node, and says so.
+    ///
+    /// Its readings and odometry are left out unless the configuration names the board
+    /// as their source.
     pub fn inject(&mut self, input: &Input, send: &mut impl FnMut(&[u8], Importance)) {
+        if is_measured(input) && self.node.config().source != Source::Board {
+            return;
+        }
+        send(
+            self.encoder.encode(Outgoing::Input(input)),
+            Importance::Essential,
+        );
         // A refusal is counted in the node's status; a board has nobody else to tell.
         let _ = self.handle(input, send);
     }
@@ -124,8 +151,13 @@ impl<'a, const N: usize> Terminal<'a, N> {
         let Message::Input(input) = message else {
             return Err(Fault::NotAnInput);
         };
-        if *input == Input::Hello {
-            self.introduce(send);
+        match input {
+            Input::Hello => self.introduce(send),
+            Input::Calibrate => self.calibration_wanted = true,
+            _ if is_measured(input) && self.node.config().source != Source::Link => {
+                return Err(Fault::NotTheSource);
+            }
+            _ => {}
         }
         self.handle(input, send)
     }
@@ -142,6 +174,14 @@ impl<'a, const N: usize> Terminal<'a, N> {
     fn say(&mut self, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {
         transmit(&mut self.encoder, event, send);
     }
+}
+
+/// Whether an input is a reading or odometry, which have one source.
+fn is_measured(input: &Input) -> bool {
+    matches!(
+        input,
+        Input::Proximity { .. } | Input::Odometry { .. } | Input::Wheels { .. }
+    )
 }
 
 fn transmit(encoder: &mut Encoder, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {

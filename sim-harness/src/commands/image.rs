@@ -1,9 +1,11 @@
 //! `cargo ipf image`: the flash image, built, checked and measured.
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sim_harness::link::{Layout, build_image};
+use sim_harness::link::{Layout, build_image, to_s_records};
+use sim_harness::output;
 
 use super::{Ending, Outcome};
 
@@ -16,6 +18,9 @@ pub(super) struct Image {
     /// Check this ELF file instead of building one.
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
+    /// Write the bytes to flash here, and as S-records beside them (`.srec`).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -43,10 +48,37 @@ impl Image {
         for problem in &problems {
             println!("  {problem}");
         }
-        if problems.is_empty() {
-            Ok(Ending::Good)
-        } else {
-            Ok(Ending::Failed)
+        if !problems.is_empty() {
+            return Ok(Ending::Failed);
         }
+        if let Some(out) = &self.out {
+            write(&image, layout, out)?;
+        }
+        Ok(Ending::Good)
     }
+}
+
+/// Writes the bytes and the records, and says where they belong.
+fn write(
+    image: &sim_harness::link::Image,
+    layout: Layout,
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let bytes = image.flashable(layout);
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let records = to_s_records(&name, layout.start() as u32, &bytes);
+    let beside = out.with_extension("srec");
+    if beside == out {
+        return Err("--out names the binary; the S-records go beside it as .srec".into());
+    }
+    output::write(out, &bytes)?;
+    output::write(&beside, records.as_bytes())?;
+    println!(
+        "{} bytes for {:#010x} in {} and {}",
+        bytes.len(),
+        layout.start(),
+        out.display(),
+        beside.display()
+    );
+    Ok(())
 }

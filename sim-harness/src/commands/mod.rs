@@ -6,10 +6,12 @@ mod evaluate;
 mod evaluate_report;
 mod figures;
 mod image;
+mod record;
 mod replay;
 mod report;
 mod settings;
 mod simulate;
+mod target;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -32,6 +34,8 @@ enum Command {
     Figures(figures::Figures),
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
+    /// Record a robot that reads its own sensors and odometry.
+    Record(record::Record),
     /// Drive a simulated robot through a scenario and write the recording.
     Simulate(simulate::Simulate),
     /// Compare the filters with the inverse sensor model over scenarios and seeds.
@@ -61,6 +65,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Demo(demo) => demo.run(),
         Command::Figures(figures) => figures.run(),
         Command::Replay(replay) => replay.run(),
+        Command::Record(record) => record.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Calibrate(calibrate) => calibrate.run(),

@@ -4,16 +4,14 @@ use std::error::Error;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use amiro_ipf::config::Config;
+use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Encoder, Outgoing, Truth as TruthMessage};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
-use sim_harness::link::{
-    Board, Comparison, Image, Layout, QemuOptions, Verdict, build_image, drive,
-};
+use sim_harness::link::{Comparison, QemuOptions, Verdict, drive};
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::CountingMapper;
 use sim_harness::output;
@@ -22,7 +20,7 @@ use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, target};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -80,7 +78,7 @@ impl Replay {
         if !recording.refusals.is_empty() {
             eprintln!("{}", recording.refusals);
         }
-        let config = self.settings.apply(recording.config)?;
+        let config = as_replayed(self.settings.apply(recording.config)?);
         let scenario = scenario_of(&recording)?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
         let inputs = if self.settings.fixed() {
@@ -154,25 +152,32 @@ impl Replay {
     ) -> Result<Run, Box<dyn Error>> {
         let mut comparison = Comparison::default();
         let outcome = run(config, inputs, |event| comparison.expect(event))?;
-        if outcome.faults().next().is_some() {
-            warn_of_refused_inputs(&outcome);
-        }
-        let (ran_on, mut board) = if self.on == "qemu" {
-            ("QEMU (emulated)", self.qemu()?)
+        warn_of_refused_inputs(&outcome);
+        // The configuration goes in front.
+        let refusals: Vec<_> = outcome
+            .refusals
+            .iter()
+            .map(|&(input, fault)| (input + 1, fault))
+            .collect();
+        comparison.expect_refusals(&refusals);
+        let ran_on = if self.on == "qemu" {
+            "QEMU (emulated)"
         } else {
-            ("board", Board::on_port(&self.on, self.baud)?)
+            "board"
         };
-        let boot = board.greet()?;
-        println!(
-            "board up: build {:016x}, capacity {}, clock {:?}, {} baud",
-            boot.build_id, boot.capacity, boot.clock, boot.baud
-        );
+        let options = QemuOptions {
+            count_instructions: self.count_instructions,
+            ram_fill: self.ram_fill,
+        };
+        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
+        target::greet(&mut board)?;
         let mut survey = Survey::new(cell_m);
         let mut events = Vec::new();
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
         all.extend_from_slice(inputs);
         let bar = progress("inputs", Some(all.len() as u64));
+        let mut answers = Vec::with_capacity(all.len());
         let driven = drive(
             &mut board,
             &all,
@@ -184,10 +189,16 @@ impl Replay {
                     slowest_step = slowest_step.max(status.board.step_cycles_max);
                 }
             },
-            || bar.inc(1),
+            |input, refused| {
+                answers.push((input, refused));
+                bar.inc(1);
+            },
         );
         bar.finish_and_clear();
         driven?;
+        for (input, refused) in answers {
+            comparison.meet_answer(input, refused);
+        }
         if self.count_instructions {
             let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
             println!("longest step: {instructions:.2} million instructions (emulated)");
@@ -200,18 +211,6 @@ impl Replay {
             stream: board.take_raw(),
             comparison: Some(verdict),
         })
-    }
-
-    fn qemu(&self) -> Result<Board, Box<dyn Error>> {
-        let image = match &self.image {
-            Some(path) => path.clone(),
-            None => build_image(Layout::Bare)?,
-        };
-        let options = QemuOptions {
-            count_instructions: self.count_instructions,
-            ram_fill: self.ram_fill,
-        };
-        Ok(Board::in_qemu(&Image::read(&image)?, &options)?)
     }
 
     /// Prints what was found and writes the files.
@@ -308,6 +307,20 @@ fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, Box<dyn Error>
         .as_ref()
         .and_then(|truth| truth.scenario.as_ref());
     Ok(text.map(|text| Scenario::parse(text)).transpose()?)
+}
+
+/// A configuration under which everything comes in with the recording, whatever the
+/// recorded board read or counted itself.
+fn as_replayed(config: Config) -> Config {
+    let step_rule = match config.step_rule {
+        StepRule::PerTick { .. } => StepRule::PerTick { own_clock: false },
+        rule @ StepRule::PerDistance { .. } => rule,
+    };
+    Config {
+        step_rule,
+        source: Source::Link,
+        ..config
+    }
 }
 
 fn warn_of_refused_inputs(outcome: &RunOutcome) {

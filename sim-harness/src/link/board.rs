@@ -42,17 +42,12 @@ pub enum LinkError {
     },
     /// It said nothing within the deadline.
     Silent,
+    /// It refused the configuration.
+    Refused(Fault),
     /// It started anew in the middle of a run: what it knew is gone.
     Restarted {
         /// The first input without an answer, from 0.
         input: usize,
-    },
-    /// It refused an input that the host's own node takes.
-    Refused {
-        /// Which input, from 0.
-        input: usize,
-        /// Why.
-        fault: Fault,
     },
 }
 
@@ -76,11 +71,11 @@ impl fmt::Display for LinkError {
                 "input {input} was not answered within {} s",
                 ANSWER_DEADLINE.as_secs()
             ),
+            Self::Refused(fault) => write!(f, "the board refused the configuration: {fault}"),
             Self::Silent => f.write_str("the board fell silent"),
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
             }
-            Self::Refused { input, fault } => write!(f, "input {input} was refused: {fault}"),
         }
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::event::{BoardStatus, Boot, Event};
+use amiro_ipf::fault::Fault;
 
 /// The host's events of a run, waiting to be met in the same order.
 #[derive(Debug, Default)]
@@ -15,6 +16,8 @@ pub struct Comparison {
     digests: usize,
     particles: usize,
     differs: Option<Difference>,
+    refusals: Vec<(usize, Fault)>,
+    differs_in_answers: Option<String>,
     board: BoardStatus,
 }
 
@@ -46,13 +49,20 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
-/// What is compared: step and particle messages. Boot, status and answers are not.
+/// What is compared: step and particle messages, and where the odometry broke off. Of
+/// answers it is compared whether and why inputs were refused; boot and status are not.
 fn is_compared(event: &Event) -> Option<&'static str> {
     match event {
         Event::StepBegun(_) => Some("step begins"),
         Event::Particles(_) => Some("particles"),
         Event::StepDone(_) => Some("step done"),
-        Event::Boot(_) | Event::Configured(_) | Event::Answer { .. } | Event::Status(_) => None,
+        Event::BrokeOff { .. } => Some("odometry broke off"),
+        Event::Boot(_)
+        | Event::Configured(_)
+        | Event::Answer { .. }
+        | Event::Status(_)
+        | Event::Health(_)
+        | Event::Offsets(_) => None,
     }
 }
 
@@ -106,6 +116,31 @@ impl Comparison {
         self.next += 1;
     }
 
+    /// Takes why the host's node refused inputs, by the inputs' numbers, in order.
+    pub fn expect_refusals(&mut self, refusals: &[(usize, Fault)]) {
+        self.refusals.extend_from_slice(refusals);
+    }
+
+    /// Takes the board's answer to an input.
+    pub fn meet_answer(&mut self, input: usize, refused: Option<Fault>) {
+        let expected = self
+            .refusals
+            .binary_search_by_key(&input, |(input, _)| *input)
+            .ok()
+            .and_then(|place| self.refusals.get(place))
+            .map(|(_, fault)| *fault);
+        if expected != refused && self.differs_in_answers.is_none() {
+            let words = |fault: Option<Fault>| {
+                fault.map_or("taken".to_owned(), |fault| format!("refused ({fault})"))
+            };
+            self.differs_in_answers = Some(format!(
+                "input {input} was {}, by the host's own node {}",
+                words(refused),
+                words(expected)
+            ));
+        }
+    }
+
     /// The board's side of its last status.
     #[must_use]
     pub fn board_status(&self) -> &BoardStatus {
@@ -144,6 +179,7 @@ impl Comparison {
         if let Some(difference) = &self.differs {
             reasons.push(difference.to_string());
         }
+        reasons.extend(self.differs_in_answers.clone());
         if self.board.dropped_frames > 0 {
             let dropped = self.board.dropped_frames;
             reasons.push(format!("the board dropped {dropped} frames"));

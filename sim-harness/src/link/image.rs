@@ -24,6 +24,8 @@ const RAM_END: u64 = 0x2002_0000;
 const VECTORS_SIZE: u64 = 0x188;
 /// Where AMiRo's boot loader writes its checksum, from the start of the image.
 const CHECKSUM_OFFSET: u64 = 0x1ac;
+/// Vectors that it is made of.
+const CHECKED_VECTORS: usize = 7;
 const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 /// Where AMiRo's layout lets code begin, from the start of the image.
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
@@ -193,6 +195,26 @@ impl Image {
         &self.flash
     }
 
+    /// The bytes to flash for a layout: with the word over the vectors that AMiRo's boot
+    /// loader asks for, so that an image flashed by a probe starts too.
+    ///
+    /// The word is the two's complement of the sum of the first seven vectors: all
+    /// eight words then sum to zero.
+    #[must_use]
+    pub fn flashable(&self, layout: Layout) -> Vec<u8> {
+        let mut flash = self.flash.clone();
+        if layout == Layout::Amiro {
+            let sum = words(&flash)
+                .take(CHECKED_VECTORS)
+                .fold(0_u32, u32::wrapping_add);
+            let at = CHECKSUM_OFFSET as usize;
+            if let Some(place) = flash.get_mut(at..at + 4) {
+                place.copy_from_slice(&sum.wrapping_neg().to_le_bytes());
+            }
+        }
+        flash
+    }
+
     fn section(&self, name: &str) -> Option<&Section> {
         self.sections.iter().find(|section| section.name == name)
     }
@@ -272,6 +294,15 @@ impl Image {
         }
         problems
     }
+}
+
+/// The image's little-endian words.
+fn words(flash: &[u8]) -> impl Iterator<Item = u32> {
+    flash
+        .as_chunks()
+        .0
+        .iter()
+        .map(|word| u32::from_le_bytes(*word))
 }
 
 /// Every loaded segment at its place in the flash.

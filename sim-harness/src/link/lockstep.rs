@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::event::Event;
+use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::Message;
 
@@ -17,17 +18,18 @@ const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 ///
 /// At most as many inputs are unanswered at a time as the board said it takes ahead;
 /// nothing is lost by design, so the run is exactly repeatable. `on_event` also gets
-/// statuses, which come when the board's clock says so. `on_answer` is called once
-/// an input, for a progress bar.
+/// statuses, which come when the board's clock says so. `on_answer` gets each input's
+/// number, from 0, and why it was refused if it was: an input that the board refuses
+/// is one that the host's own node may refuse too.
 ///
 /// # Errors
 /// [`LinkError::NoAnswer`] when the board says nothing about an input for two
-/// seconds; [`LinkError::Restarted`]; [`LinkError::Refused`]; a broken link.
+/// seconds; [`LinkError::Restarted`]; a broken link.
 pub fn drive(
     board: &mut Board,
     inputs: &[Input],
     mut on_event: impl FnMut(&Event),
-    mut on_answer: impl FnMut(),
+    mut on_answer: impl FnMut(usize, Option<Fault>),
 ) -> Result<(), LinkError> {
     let window = board
         .boot()
@@ -72,14 +74,8 @@ pub fn drive(
         let Some((index, _)) = waiting.remove(place) else {
             continue;
         };
-        if let Some(fault) = refused {
-            return Err(LinkError::Refused {
-                input: index,
-                fault,
-            });
-        }
         last_deadline = Instant::now() + INPUT_DEADLINE;
         deadline = Instant::now() + ANSWER_DEADLINE;
-        on_answer();
+        on_answer(index, refused);
     }
 }

@@ -19,6 +19,7 @@
 //!   have lost digits. A tab or carriage return after that number proves it whole.
 //! - Numbers that no integer writer writes: "+1", "-0", "007", "1e3", "0x1F".
 //! - Counts outside 0 to 65535, coordinates beyond 500 m, headings beyond 7 rad.
+//! - A whole drive whose numbers cannot be micrometres or microradians.
 
 use std::fmt::Display;
 use std::io::Read;
@@ -31,6 +32,7 @@ use amiro_ipf::sensor::{SENSORS, Sample};
 use super::amiro_header::{COLUMNS, check, fields};
 use super::draft::Draft;
 use super::escape::escaped;
+use super::plausibility::{Claimed, doubt_rows};
 use super::source::{Piece, Source};
 use super::{Format, LogError, Place, Reason, Recording};
 
@@ -115,6 +117,29 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
         }
     }
     Ok(draft.finish())
+}
+
+/// What the first rows of a source look like of which none was used: decimal fractions,
+/// perhaps, of larger units.
+pub(super) fn doubt(head: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(head);
+    let rows: Vec<Claimed> = text.lines().filter_map(claimed).collect();
+    doubt_rows(&rows, false)
+}
+
+/// The pose of a line of eleven numbers, whether integers or not.
+fn claimed(line: &str) -> Option<Claimed> {
+    let numbers: Option<Vec<f64>> = fields(line)
+        .map(|field| field.trim().parse().ok().filter(|n: &f64| n.is_finite()))
+        .collect();
+    match numbers?.as_slice() {
+        [_, _, _, _, _, _, _, _, x, y, heading] => Some(Claimed {
+            x_m: x * 1e-6,
+            y_m: y * 1e-6,
+            heading_rad: heading * 1e-6,
+        }),
+        _ => None,
+    }
 }
 
 /// A line's text, without what encodings and editors put around it.

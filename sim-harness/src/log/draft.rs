@@ -49,7 +49,7 @@ impl Draft {
     /// Takes an input if it is usable; breaks when nothing after it may be used.
     pub(super) fn take_input(&mut self, place: Place, input: Input) -> ControlFlow<()> {
         let (kind, stamp_us) = match input {
-            Input::Hello => return ControlFlow::Continue(()),
+            Input::Hello | Input::Calibrate => return ControlFlow::Continue(()),
             Input::Configure(config) => return self.take_config(place, config),
             Input::Proximity { stamp_us, .. } => (0, stamp_us),
             Input::Odometry { stamp_us, .. } => (1, stamp_us),

@@ -34,6 +34,11 @@ pub enum Problem {
         /// The columns that it names.
         found: String,
     },
+    /// Its numbers are in other units than they claim.
+    ImplausibleUnits {
+        /// What they look like, and why.
+        found: String,
+    },
     /// Every line or frame of it was refused.
     NothingUsable(Refusals),
 }
@@ -96,6 +101,7 @@ impl fmt::Display for Problem {
                 "the header names {found}; expected X [ym], Y [ym], Theta [yrad], \
                  which are micrometres and microradians"
             ),
+            Self::ImplausibleUnits { found } => f.write_str(found),
             Self::NothingUsable(refusals) if refusals.is_empty() => {
                 f.write_str("holds no row and no frame to use")
             }

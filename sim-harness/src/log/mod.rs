@@ -15,6 +15,7 @@ mod amiro_text;
 mod draft;
 mod error;
 mod escape;
+mod plausibility;
 mod reader;
 mod recording;
 mod refusals;

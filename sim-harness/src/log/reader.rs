@@ -5,14 +5,15 @@ use std::io::{Read, stdin};
 use std::path::Path;
 
 use super::source::Source;
-use super::{Format, LogError, Problem, Recording, amiro_text, stream};
+use super::{Format, LogError, Problem, Recording, amiro_text, plausibility, stream};
 
 /// Reads a recording of either format from a file; `-` is standard input.
 ///
 /// A pipe is waited for until its other end opens and closes it.
 ///
 /// # Errors
-/// A source that cannot be read, is no recording, or has nothing usable.
+/// A source that cannot be read, is no recording, has nothing usable, or whose numbers
+/// cannot be in the units that they claim.
 pub fn read(path: &Path) -> Result<Recording, LogError> {
     if path.as_os_str() == "-" {
         return read_named("standard input", stdin().lock());
@@ -39,6 +40,13 @@ fn read_named(name: &str, read: impl Read) -> Result<Recording, LogError> {
         Format::AmiroText => amiro_text::read(&mut source)?,
         Format::Stream => stream::read(&mut source)?,
     };
+    let doubt = match format {
+        Format::AmiroText if recording.inputs.is_empty() => amiro_text::doubt(source.head()),
+        _ => plausibility::doubt(&recording),
+    };
+    if let Some(found) = doubt {
+        return Err(source.error(None, Problem::ImplausibleUnits { found }));
+    }
     if recording.inputs.is_empty() && recording.events.is_empty() {
         return Err(source.error(None, Problem::NothingUsable(recording.refusals)));
     }

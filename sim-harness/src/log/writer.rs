@@ -78,6 +78,14 @@ impl<W: Write> RecordingWriter<W> {
         }
     }
 
+    /// Flushes what was written so far.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn flush(&mut self) -> Result<(), Error> {
+        self.write.flush()
+    }
+
     /// Flushes, and gives back what was written to.
     ///
     /// # Errors

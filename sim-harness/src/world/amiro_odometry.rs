@@ -1,5 +1,6 @@
 //! The odometry that the AMiRo's bus carries, bit for bit.
 
+use amiro_ipf::can::TransmittedPose;
 use amiro_ipf::geometry::Pose;
 
 use super::Drive;
@@ -8,16 +9,12 @@ use super::Drive;
 const UPDATE_PERIOD_US: u64 = 50_000;
 /// Between two frames on the bus, microseconds.
 const FRAME_PERIOD_US: u64 = 63_000;
-/// Micrometres, and microradians, that the lowest transmitted bit stands for.
-const STEP: f64 = 256.0;
 
 /// A frame of the message ODOMETRY (0x50): the newest update at the time of sending.
 ///
 /// The robot reckons its pose every 50 ms in micrometres and microradians and sends
-/// every 63 ms what is left of them without the lowest eight bits: x and y of 24 bits,
-/// signed, and the heading, 0 to 2 pi, of 16. Eight bits dropped round down, so that
-/// places are 128 um too low in the mean. What the wheels' counters cannot resolve,
-/// 124 um an increment, is less and not modelled.
+/// every 63 ms what is left of them in the message ([`TransmittedPose`]). What the
+/// wheels' counters cannot resolve, 124 um an increment, is less and not modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct AmiroFrame {
     sent_us: u64,
@@ -38,26 +35,8 @@ impl AmiroFrame {
 
     /// The pose in the frame.
     pub(super) fn pose(self, drive: &Drive) -> Pose {
-        let pose = drive.pose_at(self.update_us());
-        let heading = f64::from(pose.heading.radians());
-        let turn = if heading < 0.0 {
-            heading + core::f64::consts::TAU
-        } else {
-            heading
-        };
-        Pose::new(
-            transmitted(f64::from(pose.position.x)),
-            transmitted(f64::from(pose.position.y)),
-            transmitted(turn),
-        )
+        TransmittedPose::of(&drive.pose_at(self.update_us())).pose()
     }
-}
-
-/// Metres or radians as they come out at the other end.
-///
-/// A scenario's kilometres and a turn are within the message's 24 and 16 bits.
-fn transmitted(value: f64) -> f32 {
-    ((value * 1e6 / STEP).floor() * STEP * 1e-6) as f32
 }
 
 #[cfg(test)]
@@ -78,21 +57,6 @@ mod tests {
         // No frame carries the update of 450 ms.
         assert_eq!(times(503_999), (441_000, 400_000));
         assert_eq!(times(504_000), (504_000, 500_000));
-    }
-
-    #[test]
-    fn numbers_are_rounded_down_to_256_millionths() {
-        for (value, steps) in [
-            (0.0, 0.0),
-            (255e-6, 0.0),
-            (257e-6, 1.0),
-            (-1e-6, -1.0),
-            (-0.3, -1172.0),
-            (0.3, 1171.0),
-        ] {
-            let expected = (steps * 256.0 * 1e-6) as f32;
-            assert_eq!(transmitted(value).to_bits(), expected.to_bits(), "{value}");
-        }
     }
 
     #[test]

@@ -1,12 +1,16 @@
 //! What the proximity sensors of a robot read in a world: optics, noise, register.
 
+use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
 use super::vector::Vector;
-use super::{Eye, Physics, Shape};
+use super::{Eye, Options, Physics, Scenario, Shape};
+
+/// Keeps the world's noise apart from a filter with the same seed: "world" in ASCII.
+const NOISE_STREAM: u64 = 0x77_6f72_6c64;
 
 /// Surfaces beyond this range are not looked for, metres: they return a quarter of a
 /// count, a twentieth of the noise.
@@ -44,6 +48,20 @@ impl Sensing {
         }
     }
 
+    /// The sensors of a simulated drive.
+    #[must_use]
+    pub fn of(scenario: &Scenario, seed: u64, options: &Options) -> Self {
+        // The profile does not matter here: the sensors are the same.
+        let config = scenario.config(Profile::Paper);
+        Self::new(
+            config.ring,
+            config.sensors,
+            options.photometry(&config.photometry),
+            options.physics,
+            Generator::seeded(seed ^ NOISE_STREAM),
+        )
+    }
+
     /// One sample of each sensor from the given pose; unused ones are missing.
     ///
     /// `drift_counts` is how far every sensor's offset has moved from the stored one.
@@ -54,6 +72,45 @@ impl Sensing {
         pose: &Pose,
         drift_counts: f64,
     ) -> [Sample; SENSORS] {
+        self.above_offset(shapes, pose, drift_counts)
+            .map(|counts| match counts {
+                None => Sample::Missing,
+                Some(counts) if counts >= FULL - OFFSET => Sample::Saturated,
+                Some(counts) => Sample::Counts(counts.max(-OFFSET) as i32),
+            })
+    }
+
+    /// What the sensors' registers hold where [`Self::sample`] gives samples; 0 in unused
+    /// ones.
+    ///
+    /// `offsets` are the raw counts that the sensors' stored offsets take off. Where
+    /// neither end of the register is reached, the counts without the offset are those
+    /// of the sample, bit for bit.
+    pub fn raw_counts(
+        &mut self,
+        shapes: &[Shape],
+        pose: &Pose,
+        drift_counts: f64,
+        offsets: &[u16; SENSORS],
+    ) -> [u16; SENSORS] {
+        let mut raw = [0; SENSORS];
+        let above = self.above_offset(shapes, pose, drift_counts);
+        for ((register, above), offset) in raw.iter_mut().zip(above).zip(offsets) {
+            if let Some(above) = above {
+                // Whole and within the register's 16 bits.
+                *register = (f64::from(*offset) + above).clamp(0.0, FULL) as u16;
+            }
+        }
+        raw
+    }
+
+    /// Whole counts above the stored offset, of a register without ends.
+    fn above_offset(
+        &mut self,
+        shapes: &[Shape],
+        pose: &Pose,
+        drift_counts: f64,
+    ) -> [Option<f64>; SENSORS] {
         let centre = Vector::from(pose.position);
         let near = |shape: &&Shape| {
             let from_robot = (shape.centre() - centre).norm();
@@ -61,16 +118,17 @@ impl Sensing {
         };
         let near: Vec<Shape> = shapes.iter().filter(near).copied().collect();
         let noise = self.noise();
-        let mut samples = [Sample::Missing; SENSORS];
+        let mut counts = [None; SENSORS];
         for eye in Eye::of(&self.ring, self.used, pose) {
             let signal = self.optics.signal(&near, &eye);
-            if let (Some(sample), Some(noise)) =
-                (samples.get_mut(eye.sensor), noise.get(eye.sensor))
+            if let (Some(counts), Some(noise)) = (counts.get_mut(eye.sensor), noise.get(eye.sensor))
             {
-                *sample = self.digitised(signal + noise + drift_counts);
+                let above_beta = signal + noise + drift_counts;
+                let raw = OFFSET + f64::from(self.photometry.beta_counts) + above_beta;
+                *counts = Some(raw.round() - OFFSET);
             }
         }
-        samples
+        counts
     }
 
     fn noise(&mut self) -> [f64; SENSORS] {
@@ -83,15 +141,6 @@ impl Sensing {
             }
         }
         noise
-    }
-
-    /// The register's whole counts with the offset taken off again.
-    fn digitised(&self, above_beta: f64) -> Sample {
-        let raw = OFFSET + f64::from(self.photometry.beta_counts) + above_beta;
-        if raw.round() >= FULL {
-            return Sample::Saturated;
-        }
-        Sample::Counts((raw.round().max(0.0) - OFFSET) as i32)
     }
 }
 
@@ -207,5 +256,40 @@ mod tests {
                 "seed {seed}: {variance}"
             );
         }
+    }
+
+    #[test]
+    fn a_register_holds_the_sample_and_the_sensors_own_offset() {
+        let shapes = shapes(WALL);
+        for seed in 1..=3 {
+            let (mut samples, mut registers) = (sensing(4.57, seed), sensing(4.57, seed));
+            for step in 0..100 {
+                // From 95 mm before the wall to contact.
+                let pose = Pose::new(1e-3 * step as f32, 0.0, 0.0);
+                let offset = 2_300 + 7 * step;
+                let sample = samples.sample(&shapes, &pose, 1.25)[0];
+                let raw = registers.raw_counts(&shapes, &pose, 1.25, &[offset; SENSORS]);
+                assert_eq!(raw[1..], [0; SENSORS - 1], "unused ones");
+                match sample {
+                    Sample::Counts(counts) if raw[0] < u16::MAX => {
+                        assert_eq!(i32::from(raw[0]) - i32::from(offset), counts);
+                    }
+                    _ => assert!(step > 90 && raw[0] == u16::MAX, "{step}: {sample:?}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_register_ends_at_both_its_ends() {
+        let touching = shapes("[[box]]\nmin = [0.053, -0.2]\nmax = [0.2, 0.2]\n");
+        let raw = |shapes: &[Shape], offset| {
+            let offsets = [offset; SENSORS];
+            sensing(0.0, 1).raw_counts(shapes, &Pose::default(), 0.0, &offsets)[0]
+        };
+        assert_eq!(raw(&touching, 2_300), u16::MAX);
+        // 16 counts below its offset with nothing in range.
+        assert_eq!(raw(&[], 2_300), 2_284);
+        assert_eq!(raw(&[], 3), 0);
     }
 }

@@ -1,6 +1,5 @@
 //! A simulated drive: what the robot would have been told.
 
-use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::random::Generator;
@@ -8,10 +7,8 @@ use amiro_ipf::random::Generator;
 use super::odometry::Odometer;
 use super::{Drive, Dropout, Options, Scenario, Sensing};
 
-/// Keeps the world's noise apart from a filter with the same seed: "world" in ASCII.
-const NOISE_STREAM: u64 = 0x77_6f72_6c64;
-/// Keeps lost samples apart from both: "drops". A drive's noise is then the same
-/// whatever is lost of it.
+/// Keeps lost samples apart from the sensors' noise and from a filter with the same
+/// seed: "drops" in ASCII. A drive's noise is then the same whatever is lost of it.
 const DROPOUT_STREAM: u64 = 0x64_726f_7073;
 /// Keeps the wheels' errors apart: "wheel".
 const WHEEL_STREAM: u64 = 0x77_6865_656c;
@@ -40,17 +37,9 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Simulation {
 /// Options that [`Options::validate`] refuses give readings that mean nothing.
 #[must_use]
 pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simulation {
-    // The profile does not matter here: the sensors are the same.
-    let config = scenario.config(Profile::Paper);
     let stream = |stream: u64| Generator::seeded(seed ^ stream);
     let drive = Drive::of(scenario);
-    let mut sensing = Sensing::new(
-        config.ring,
-        config.sensors,
-        options.photometry(&config.photometry),
-        options.physics,
-        stream(NOISE_STREAM),
-    );
+    let mut sensing = Sensing::of(scenario, seed, options);
     let mut dropout = Dropout::new(options.dropout, stream(DROPOUT_STREAM));
     let mut odometer = Odometer::new(options.odometry, &drive.pose_at(0), stream(WHEEL_STREAM));
     let poses: Vec<_> = drive.samples().collect();
@@ -123,5 +112,33 @@ mod tests {
         // Pinned: a changed digest means that recordings can no longer be made again.
         let simulation = simulate(&Scenario::parse(TURNING).unwrap(), 1);
         assert_eq!(CRC.checksum(&counts(&simulation)), 0xc00a_2a23);
+    }
+
+    #[test]
+    fn registers_along_a_drive_hold_its_samples_and_the_offsets() {
+        let scenario = Scenario::parse(TURNING).unwrap();
+        let options = Options::default();
+        let simulation = simulate_with(&scenario, 4, &options);
+        let mut sensing = Sensing::of(&scenario, 4, &options);
+        let offsets = [2469, 2412, 2381, 2491, 2488, 2449, 2413, 2320];
+        let readings = simulation.inputs.iter().filter_map(|input| match input {
+            Input::Proximity { samples, .. } => Some(*samples),
+            _ => None,
+        });
+        let mut compared = 0;
+        for (samples, (_, pose)) in readings.zip(&simulation.poses) {
+            let raw = sensing.raw_counts(&scenario.shapes, pose, 0.0, &offsets);
+            for ((sample, raw), offset) in samples.into_iter().zip(raw).zip(offsets) {
+                // The arc ends against the box.
+                if raw == u16::MAX {
+                    assert_eq!(sample, Sample::Saturated);
+                } else {
+                    let counts = i32::from(raw) - i32::from(offset);
+                    assert_eq!(sample, Sample::Counts(counts));
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 7 * simulation.poses.len(), "{compared}");
     }
 }

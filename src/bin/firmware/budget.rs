@@ -16,6 +16,10 @@ pub(crate) const RESERVE: usize = 24;
 /// outcomes, the step's begin and end, the answer.
 pub(crate) const INPUT_ROOM: usize = CAPACITY.div_ceil(amiro_ipf::event::BATCH) + RESERVE;
 
+/// Readings, poses and health reports on their way to `think`, one place less than
+/// this: 125 readings, 16 poses and 8 reports a second are 19 in the longest step.
+pub(crate) const REPORT_QUEUE: usize = 32;
+
 const _: () = assert!(INPUT_ROOM < SEND_QUEUE);
 const _: () =
     assert!(RECEIVE_QUEUE >= 2 * amiro_ipf::wire::WINDOW as usize * amiro_ipf::wire::MAX_FRAME);

@@ -5,7 +5,10 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SYST;
 use rtic_monotonics::systick::prelude::*;
 
-systick_monotonic!(Mono, 1_000);
+/// Ticks a second: what hangs on a bus is noticed within two of them.
+const TICK_HZ: u32 = 2_000;
+
+systick_monotonic!(Mono, 2_000);
 
 /// Beats, eight a second, that nobody has attended to yet.
 pub(crate) static BEATS: BeatCounter = BeatCounter(AtomicU32::new(0));
@@ -25,9 +28,46 @@ impl BeatCounter {
     }
 }
 
-/// Time since start, milliseconds; wraps after 584 million years.
+/// Time since start, milliseconds; wraps after 292 million years.
 pub(crate) fn uptime_ms() -> u64 {
-    Mono::now().as_ticks()
+    Mono::now().as_ticks() / u64::from(TICK_HZ / 1_000)
+}
+
+/// Time since start in ticks and in core clock cycles below a tick.
+fn tick_and_cycles(cycles_per_tick: u32) -> (u64, u32) {
+    let read = || {
+        let tick = Mono::now().as_ticks();
+        (tick, cycles_per_tick - 1 - SYST::get_current())
+    };
+    let time = read();
+    if Mono::now().as_ticks() == time.0 {
+        return time;
+    }
+    // The tick passed between the two readings: the next is half a millisecond away.
+    read()
+}
+
+/// Tells the time in microseconds.
+#[derive(Clone, Copy)]
+pub(crate) struct Microseconds {
+    cycles_per_tick: u32,
+    cycles_per_us: u32,
+}
+
+impl Microseconds {
+    /// A clock on a core of the given frequency.
+    pub(crate) const fn new(core_hz: u32) -> Self {
+        Self {
+            cycles_per_tick: core_hz / TICK_HZ,
+            cycles_per_us: core_hz / 1_000_000,
+        }
+    }
+
+    /// Time since start.
+    pub(crate) fn now(self) -> u64 {
+        let (tick, cycles) = tick_and_cycles(self.cycles_per_tick);
+        tick * u64::from(1_000_000 / TICK_HZ) + u64::from(cycles / self.cycles_per_us)
+    }
 }
 
 /// Counts the core's clock cycles.
@@ -39,7 +79,7 @@ impl CycleCounter {
     /// A counter on a core of the given frequency.
     pub(crate) const fn new(core_hz: u32) -> Self {
         Self {
-            cycles_per_tick: core_hz / 1000,
+            cycles_per_tick: core_hz / TICK_HZ,
         }
     }
 
@@ -48,19 +88,7 @@ impl CycleCounter {
     /// In an emulator that counts one instruction a nanosecond these are
     /// instructions x 0.168.
     pub(crate) fn now(&self) -> u64 {
-        let read = || {
-            let tick = uptime_ms();
-            let below = self.cycles_per_tick - 1 - SYST::get_current();
-            (
-                tick,
-                tick * u64::from(self.cycles_per_tick) + u64::from(below),
-            )
-        };
-        let (tick, cycles) = read();
-        if uptime_ms() == tick {
-            return cycles;
-        }
-        // The tick passed between the two readings: the next is a millisecond away.
-        read().1
+        let (tick, cycles) = tick_and_cycles(self.cycles_per_tick);
+        tick * u64::from(self.cycles_per_tick) + u64::from(cycles)
     }
 }

@@ -1,6 +1,7 @@
 //! What `think` does: beats and received bytes in, frames out.
 
-use amiro_ipf::event::{BoardStatus, Boot, Status};
+use amiro_ipf::config::{Config, Source};
+use amiro_ipf::event::{BoardStatus, Boot, Event, Status};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
@@ -9,10 +10,12 @@ use amiro_ipf::wire::Terminal;
 use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
 use crate::link::{Inbox, Outbox};
+use crate::sampler::{Report, Reported, want_calibration};
 
 /// The portable program between its queues.
 pub(crate) struct Program {
     terminal: Terminal<'static, CAPACITY>,
+    reported: Reported,
     inbox: Inbox,
     outbox: Outbox,
     cycles: CycleCounter,
@@ -21,18 +24,26 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// A program that has introduced itself.
+    /// A program that has introduced itself and begun with the robot's own senses.
     pub(crate) fn start(
         particles: &'static mut ParticleSet<CAPACITY>,
-        boot: Boot,
-        boot_id: u8,
-        inbox: Inbox,
-        mut outbox: Outbox,
+        (boot, boot_id): (Boot, u8),
+        seed: u64,
+        reported: Reported,
+        (inbox, mut outbox): (Inbox, Outbox),
     ) -> Self {
         let mut terminal = Terminal::new(Node::new(particles), boot, boot_id);
-        terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
+        let own = Config {
+            seed,
+            source: Source::Board,
+            ..Config::default()
+        };
+        let mut send = |frame: &[u8], importance| outbox.send(frame, importance);
+        terminal.introduce(&mut send);
+        terminal.inject(&Input::Configure(own), &mut send);
         Self {
             terminal,
+            reported,
             inbox,
             outbox,
             cycles: CycleCounter::new(boot.core_hz),
@@ -41,14 +52,34 @@ impl Program {
         }
     }
 
-    /// Attends to beats, then to one input, until there is neither.
+    /// Attends to beats, to one report and to one input, until there is none of them.
     pub(crate) fn think(&mut self) {
         loop {
             self.attend_to_beats();
-            if !self.attend_to_input() {
+            let reported = self.attend_to_report();
+            if !self.attend_to_input() && !reported {
                 break;
             }
         }
+    }
+
+    /// Takes what the robot's senses report; whether there was anything.
+    ///
+    /// Waits for no room: a robot that drives cannot be stopped by a slow line. Particle
+    /// frames are dropped then, and counted.
+    fn attend_to_report(&mut self) -> bool {
+        let Some(report) = self.reported.dequeue() else {
+            return false;
+        };
+        self.timed(|terminal, outbox| {
+            let mut send = |frame: &[u8], importance| outbox.send(frame, importance);
+            match report {
+                Report::Input(input) => terminal.inject(&input, &mut send),
+                Report::Health(health) => terminal.tell(&Event::Health(health), &mut send),
+                Report::Offsets(offsets) => terminal.tell(&Event::Offsets(offsets), &mut send),
+            }
+        });
+        true
     }
 
     /// After a beat: the board's own tick, if it is to make them, and a status.
@@ -98,6 +129,9 @@ impl Program {
                     outbox.send(frame, importance)
                 })
             });
+            if self.terminal.take_calibration() {
+                want_calibration();
+            }
             if handled {
                 break;
             }

@@ -1,0 +1,262 @@
+//! The AMiRo's two buses, populated.
+
+use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::sensor::SENSORS;
+
+use super::{At24c01, Device, FakeBus, Fault, Pca9544a, Vcnl4020};
+
+const MUX: u8 = 0x77;
+const MEMORY: u8 = 0x50;
+/// Between two measurements at 125 a second.
+const PERIOD_NS: u32 = 8_000_000;
+
+/// Where a sensor is wired to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// 0 for the microcontroller's I2C1, 1 for its I2C2.
+    pub bus: usize,
+    /// Of the mux on that bus.
+    pub channel: usize,
+}
+
+/// The places of the ring's sensors, from AMiRo-OS's tables of the board.
+const PLACES: [Place; SENSORS] = [
+    Place { bus: 0, channel: 1 },
+    Place { bus: 0, channel: 3 },
+    Place { bus: 0, channel: 2 },
+    Place { bus: 1, channel: 0 },
+    Place { bus: 1, channel: 1 },
+    Place { bus: 1, channel: 3 },
+    Place { bus: 1, channel: 2 },
+    Place { bus: 0, channel: 0 },
+];
+
+/// Where a sensor of the ring, 0 to 7, is wired to.
+///
+/// # Panics
+/// For a sensor beyond 7.
+#[must_use]
+pub const fn place_of(sensor: usize) -> Place {
+    PLACES[sensor]
+}
+
+/// What is on one of the buses. The gauges, power and touch sensors that the robot has
+/// there as well are absent: nobody answers to them.
+#[derive(Clone, Debug)]
+pub struct RobotParts {
+    /// With four sensors behind it.
+    pub mux: Pca9544a<Vcnl4020>,
+    /// On the second bus only.
+    pub memory: Option<At24c01>,
+}
+
+impl RobotParts {
+    /// The parts of the given bus, 0 or 1.
+    fn of(bus: usize) -> Self {
+        let sensors = core::array::from_fn(|_| Vcnl4020::default());
+        Self {
+            mux: Pca9544a::new(MUX, sensors),
+            memory: (bus == 1).then(|| At24c01::new(MEMORY)),
+        }
+    }
+}
+
+impl Device for RobotParts {
+    fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
+        let mux = self.mux.start(address, read, now_ns);
+        let memory = &mut self.memory;
+        mux | memory
+            .as_mut()
+            .is_some_and(|it| it.start(address, read, now_ns))
+    }
+
+    fn write(&mut self, byte: u8, now_ns: u64) -> bool {
+        let mux = self.mux.write(byte, now_ns);
+        let memory = &mut self.memory;
+        mux | memory.as_mut().is_some_and(|it| it.write(byte, now_ns))
+    }
+
+    /// A 0 on the line wins.
+    fn read(&mut self, now_ns: u64) -> u8 {
+        let mux = self.mux.read(now_ns);
+        let memory = &mut self.memory;
+        mux & memory.as_mut().map_or(0xff, |it| it.read(now_ns))
+    }
+
+    fn stop(&mut self, now_ns: u64) {
+        self.mux.stop(now_ns);
+        if let Some(memory) = &mut self.memory {
+            memory.stop(now_ns);
+        }
+    }
+
+    fn pass(&mut self, now_ns: u64) {
+        self.mux.pass(now_ns);
+    }
+
+    fn interrupts(&self) -> bool {
+        self.mux.interrupts()
+    }
+
+    fn suffer(&mut self, fault: Fault, now_ns: u64) -> bool {
+        self.mux.suffer(fault, now_ns)
+    }
+}
+
+/// Both buses of a robot whose power has just come up.
+#[derive(Debug)]
+pub struct RobotBuses {
+    /// I2C1: sensors 0, 1, 2 and 7.
+    pub one: FakeBus<RobotParts>,
+    /// I2C2: sensors 3 to 6 and the memory.
+    pub two: FakeBus<RobotParts>,
+}
+
+impl Default for RobotBuses {
+    fn default() -> Self {
+        Self {
+            one: FakeBus::new(RobotParts::of(0)),
+            two: FakeBus::new(RobotParts::of(1)),
+        }
+    }
+}
+
+impl RobotBuses {
+    /// What a sensor's proximity measurements give from now on, in counts.
+    ///
+    /// # Panics
+    /// For a sensor beyond 7.
+    pub fn set_signal(&mut self, sensor: usize, raw: u16) {
+        self.sensor_mut(sensor).set_signal(raw);
+    }
+
+    /// A sensor of the ring, as it is by now.
+    ///
+    /// # Panics
+    /// For a sensor beyond 7.
+    pub fn sensor_mut(&mut self, sensor: usize) -> &mut Vcnl4020 {
+        let place = place_of(sensor);
+        self.bus_mut(place.bus)
+            .parts_mut()
+            .mux
+            .behind_mut(place.channel)
+    }
+
+    /// The bus with that number: 1 is the second one, whatever else the first.
+    pub fn bus_mut(&mut self, bus: usize) -> &mut FakeBus<RobotParts> {
+        if bus == 1 {
+            &mut self.two
+        } else {
+            &mut self.one
+        }
+    }
+
+    /// The later of the buses' clocks.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.one.now_ns().max(self.two.now_ns())
+    }
+
+    /// Lets time pass on both until then, where then is not yet over.
+    pub fn advance_to(&mut self, now_ns: u64) {
+        self.one.advance_to(now_ns);
+        self.two.advance_to(now_ns);
+    }
+
+    /// Gives each sensor a phase of its own, up to 8 ms, and a clock that is up to 5 %
+    /// fast or slow.
+    pub fn scatter_clocks(&mut self, seed: u64) {
+        let mut generator = Generator::seeded(seed);
+        for sensor in 0..SENSORS {
+            let phase_ns = uniform_below(&mut generator, PERIOD_NS);
+            let above_fastest_ppm = uniform_below(&mut generator, 100_001);
+            let sensor = self.sensor_mut(sensor);
+            sensor.set_phase(u64::from(phase_ns));
+            sensor.set_clock_error(above_fastest_ppm.cast_signed() - 50_000);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_hal::i2c::I2c;
+
+    /// Starts the sensor at a place and reads its result 20 ms later.
+    fn read(buses: &mut RobotBuses, place: Place) -> u16 {
+        let bus = buses.bus_mut(place.bus);
+        bus.write(0x77, &[0x04 | place.channel as u8]).unwrap();
+        bus.write(0x13, &[0x82, 0x06]).unwrap();
+        bus.write(0x13, &[0x80, 0x03]).unwrap();
+        bus.advance(20_000_000);
+        let mut halves = [0; 2];
+        bus.write_read(0x13, &[0x87], &mut halves).unwrap();
+        u16::from_be_bytes(halves)
+    }
+
+    #[test]
+    fn each_sensor_is_where_the_boards_tables_say() {
+        let mut buses = RobotBuses::default();
+        for sensor in 0..SENSORS {
+            buses.set_signal(sensor, 1000 + sensor as u16);
+        }
+        let wired = [
+            [7, 0, 2, 1], // I2C1: SSE, SSW, WNW, WSW
+            [3, 4, 6, 5], // I2C2: NNW, NNE, ESE, ENE
+        ];
+        for (bus, sensors) in wired.into_iter().enumerate() {
+            for (channel, sensor) in sensors.into_iter().enumerate() {
+                let place = Place { bus, channel };
+                assert_eq!(read(&mut buses, place), 1000 + sensor, "{place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_second_bus_has_a_memory_and_nobody_else_answers() {
+        let mut buses = RobotBuses::default();
+        let there = |bus: &mut FakeBus<RobotParts>| -> Vec<u8> {
+            (0..0x80)
+                .filter(|address| bus.write(*address, &[]).is_ok())
+                .collect()
+        };
+        assert_eq!(there(&mut buses.one), [0x77]);
+        assert_eq!(there(&mut buses.two), [0x50, 0x77]);
+        buses.two.write(0x77, &[0x04]).unwrap();
+        assert_eq!(there(&mut buses.two), [0x13, 0x50, 0x77]);
+    }
+
+    #[test]
+    fn time_passes_on_both_buses_and_back_on_none() {
+        let mut buses = RobotBuses::default();
+        buses.two.advance(7);
+        buses.advance_to(5);
+        assert_eq!((buses.one.now_ns(), buses.two.now_ns()), (5, 7));
+        assert_eq!(buses.now_ns(), 7);
+    }
+
+    #[test]
+    fn scattered_clocks_measure_more_or_less_often() {
+        let mut buses = RobotBuses::default();
+        buses.scatter_clocks(1);
+        let measured: Vec<u8> = (0..SENSORS)
+            .map(|sensor| {
+                buses.sensor_mut(sensor).queue_signals(1..=200);
+                let place = place_of(sensor);
+                read(&mut buses, place);
+                buses.bus_mut(place.bus).advance(1_000_000_000);
+                buses.sensor_mut(sensor).register(0x88)
+            })
+            .collect();
+        // In 1.02 s and the bytes' time, by a clock that is 5 % slow and by one that is
+        // 5 % fast: the first phase takes up to 8 ms off.
+        assert!(
+            measured.iter().all(|n| (120..=136).contains(n)),
+            "{measured:?}"
+        );
+        let mut distinct = measured.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert!(distinct.len() >= 5, "{measured:?}");
+    }
+}

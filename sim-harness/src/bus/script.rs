@@ -1,0 +1,210 @@
+//! When which fault strikes.
+
+use std::ops::RangeInclusive;
+
+use amiro_ipf::random::{Generator, uniform_below};
+
+use super::Fault;
+
+/// When a fault strikes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum When {
+    /// Before the byte with this number.
+    Byte(u64),
+    /// Before the first byte from then on.
+    From(u64),
+    /// Before every byte from the first time on and before the second.
+    Between(u64, u64),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    when: When,
+    fault: Fault,
+}
+
+/// Faults out of nowhere: the property tests' weather.
+#[derive(Clone, Debug)]
+pub struct Random {
+    kinds: Vec<Fault>,
+    distances: RangeInclusive<u32>,
+    /// The byte that is struck next; unknown until there is a first one.
+    next: Option<u64>,
+    generator: Generator,
+}
+
+impl Random {
+    /// One of `kinds`, each as likely as the others, at distances of so many bytes, all
+    /// of them as likely.
+    ///
+    /// A least distance longer than an exchange keeps two faults out of the same one.
+    #[must_use]
+    pub fn new(kinds: Vec<Fault>, distances: RangeInclusive<u32>, seed: u64) -> Self {
+        Self {
+            kinds,
+            distances,
+            next: None,
+            generator: Generator::seeded(seed),
+        }
+    }
+
+    fn distance(&mut self) -> u64 {
+        let least = (*self.distances.start()).max(1);
+        let most = (*self.distances.end()).max(least);
+        u64::from(least + uniform_below(&mut self.generator, most - least + 1))
+    }
+
+    fn strikes(&mut self, byte: u64) -> Option<Fault> {
+        let next = self.next.unwrap_or_else(|| byte + self.distance() - 1);
+        self.next = Some(next);
+        if byte < next {
+            return None;
+        }
+        self.next = Some(byte + self.distance());
+        let kinds = u32::try_from(self.kinds.len()).ok()?;
+        let kind = uniform_below(&mut self.generator, kinds);
+        self.kinds.get(kind as usize).copied()
+    }
+}
+
+/// The faults that a bus is to suffer.
+///
+/// Bytes are counted since the bus's power came up, from 0; each address and each data
+/// byte is one. Times are nanoseconds since then.
+#[derive(Clone, Debug, Default)]
+pub struct Script {
+    entries: Vec<Entry>,
+    random: Option<Random>,
+    hits: u64,
+}
+
+impl Script {
+    /// A fault before the byte with the given number.
+    pub fn at_byte(&mut self, byte: u64, fault: Fault) {
+        self.add(When::Byte(byte), fault);
+    }
+
+    /// A fault before the first byte from the given time on.
+    pub fn from_time(&mut self, from_ns: u64, fault: Fault) {
+        self.add(When::From(from_ns), fault);
+    }
+
+    /// A fault before every byte that begins at `from_ns` or later and before `to_ns`.
+    pub fn between(&mut self, from_ns: u64, to_ns: u64, fault: Fault) {
+        self.add(When::Between(from_ns, to_ns), fault);
+    }
+
+    /// Faults at random from now on, instead of others of this kind; `None` for no more.
+    pub fn at_random(&mut self, random: Option<Random>) {
+        self.random = random;
+    }
+
+    /// Forgets all faults to come; the hits stay counted.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.random = None;
+    }
+
+    /// How many faults have struck where they made a difference.
+    #[must_use]
+    pub const fn hits(&self) -> u64 {
+        self.hits
+    }
+
+    fn add(&mut self, when: When, fault: Fault) {
+        self.entries.push(Entry { when, fault });
+    }
+
+    pub(super) fn count_hit(&mut self) {
+        self.hits += 1;
+    }
+
+    /// The faults that strike before a byte; those that strike once are used up.
+    pub(super) fn strikes(&mut self, byte: u64, now_ns: u64) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        self.entries.retain(|entry| {
+            let (strikes, stays) = match entry.when {
+                When::Byte(at) => (byte == at, byte < at),
+                When::From(from_ns) => (now_ns >= from_ns, now_ns < from_ns),
+                When::Between(from_ns, to_ns) => {
+                    ((from_ns..to_ns).contains(&now_ns), now_ns < to_ns)
+                }
+            };
+            if strikes {
+                faults.push(entry.fault);
+            }
+            stays
+        });
+        if let Some(random) = &mut self.random {
+            faults.extend(random.strikes(byte));
+        }
+        faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::MuxFault;
+
+    const LOST: Fault = Fault::ArbitrationLost;
+    const REFUSED: Fault = Fault::NoAcknowledge;
+
+    #[test]
+    fn faults_strike_at_their_byte_or_in_their_time() {
+        let mut script = Script::default();
+        script.at_byte(2, LOST);
+        script.from_time(25, REFUSED);
+        script.between(10, 30, Fault::Mux(MuxFault::Reset));
+        let struck: Vec<Vec<Fault>> = (0..5).map(|byte| script.strikes(byte, byte * 10)).collect();
+        let reset = Fault::Mux(MuxFault::Reset);
+        assert_eq!(
+            struck,
+            [
+                vec![],
+                vec![reset],
+                vec![LOST, reset],
+                vec![REFUSED],
+                vec![]
+            ]
+        );
+    }
+
+    #[test]
+    fn random_faults_come_as_often_as_asked_and_again_for_the_same_seed() {
+        let faults = |seed| -> Vec<(u64, Fault)> {
+            let mut script = Script::default();
+            script.at_random(Some(Random::new(vec![LOST, REFUSED], 1..=19, seed)));
+            let at = |byte| {
+                script
+                    .strikes(byte, 0)
+                    .into_iter()
+                    .map(move |fault| (byte, fault))
+            };
+            (0..100_000).flat_map(at).collect()
+        };
+        for seed in 1..=3 {
+            let struck = faults(seed);
+            assert_eq!(struck, faults(seed));
+            assert_ne!(struck, faults(seed + 3));
+            let near = |(a, b): (&(u64, Fault), &(u64, Fault))| b.0 - a.0;
+            let distances: Vec<u64> = struck.iter().zip(&struck[1..]).map(near).collect();
+            assert!(distances.iter().all(|distance| (1..=19).contains(distance)));
+            // Distances of 1 to 19: sigma 5.5, so 4 sigma of 10 000 of them are 220 faults'
+            // worth; of the kinds 4 sqrt(10 000 / 4) = 200.
+            let number = struck.len() as f64;
+            assert!((number - 10_000.0).abs() < 220.0, "seed {seed}: {number}");
+            let lost = struck.iter().filter(|(_, fault)| *fault == LOST).count() as f64;
+            assert!((lost - 0.5 * number).abs() < 200.0, "seed {seed}: {lost}");
+        }
+    }
+
+    #[test]
+    fn a_random_fault_may_strike_every_byte() {
+        let mut script = Script::default();
+        script.at_random(Some(Random::new(vec![LOST], 1..=1, 1)));
+        assert!((0..100).all(|byte| script.strikes(byte, 0) == [LOST]));
+        script.clear();
+        assert!(script.strikes(100, 0).is_empty());
+    }
+}

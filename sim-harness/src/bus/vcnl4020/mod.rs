@@ -1,0 +1,8 @@
+//! VCNL4020: proximity and ambient light, behind seventeen registers.
+
+mod cadence;
+mod part;
+mod registers;
+mod thresholds;
+
+pub use part::Vcnl4020;

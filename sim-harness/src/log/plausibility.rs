@@ -1,0 +1,260 @@
+//! Whether a drive's numbers can be in the units that they claim.
+//!
+//! Wrong units are wrong by a factor of 57 or more, a robot's speeds by less: the AMiRo
+//! drives at 80 mm/s and has been driven at 0.6 m/s. Too fast is told by the stamps of
+//! a stream, too slow by the rows of AMiRo's text, which has no stamps but comes from a
+//! bus whose numbers move by 256 um or not at all. Headings are compared with the
+//! course: a robot on two wheels goes where it looks, or backward.
+//!
+//! A robot that stands is legal whatever its sensors see, and so is a drive of few
+//! rows. What looks alike in both units passes: a straight drive along x has the
+//! heading 0 in all of them, and a drive of less than a metre from the origin stands
+//! at 0 in whole metres.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use amiro_ipf::input::Input;
+use amiro_ipf::sensor::{SENSORS, Sample};
+
+use super::{Format, Recording};
+
+/// Poses, and windows of time, below which nothing is judged.
+const FEWEST: usize = 10;
+/// Speed that most of a drive keeps below, metres a second: three times the AMiRo's.
+const MOST_SPEED: f64 = 2.0;
+/// The paper's speed, metres a second: among units the one nearest to it is named.
+const USUAL_SPEED: f64 = 0.08;
+/// Between two frames of the odometry, and so about between two rows, seconds.
+const ROW_S: f64 = 0.063;
+/// Time over which a stream's speed is taken, so that late poses do not look fast.
+const WINDOW_US: u64 = 250_000;
+/// Longest such time: beyond it a gap in the recording is no speed.
+const MOST_WINDOW_US: u64 = 1_000_000;
+/// Half the bus's step of 256 um, metres.
+const HALF_STEP_M: f64 = 128e-6;
+/// Counts by which a sensor's noise of 4.6 does not change a reading.
+const LEAST_CHANGE: i32 = 30;
+/// Length of a piece of way whose course is compared with the heading, metres.
+const CHORD_M: f64 = 0.02;
+/// Pieces of way below which headings are not judged.
+const FEWEST_CHORDS: usize = 5;
+/// Most mean angle between course and heading of a good recording, radians: the
+/// recorded drives have 0.004 to 0.008.
+const MOST_ANGLE: f64 = 0.15;
+
+/// A pose as its source claims it to be: metres, radians not wrapped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Claimed {
+    pub(super) x_m: f64,
+    pub(super) y_m: f64,
+    pub(super) heading_rad: f64,
+}
+
+impl Claimed {
+    fn distance(&self, other: &Self) -> f64 {
+        (other.x_m - self.x_m).hypot(other.y_m - self.y_m)
+    }
+}
+
+/// What the numbers of a recording look like, if not like what they claim.
+pub(super) fn doubt(recording: &Recording) -> Option<String> {
+    match recording.format {
+        Format::Stream => doubt_speeds(&recording.inputs),
+        Format::AmiroText => {
+            let poses: Vec<Claimed> = recording.inputs.iter().filter_map(claimed).collect();
+            doubt_rows(&poses, sees_something_move(&recording.inputs))
+        }
+    }
+}
+
+/// The same for rows of AMiRo's text; `sees_motion` is whether readings change.
+pub(super) fn doubt_rows(rows: &[Claimed], sees_motion: bool) -> Option<String> {
+    if rows.len() < FEWEST {
+        return None;
+    }
+    doubt_places(rows, sees_motion).or_else(|| doubt_headings(rows))
+}
+
+/// A text's pose; its heading again from 0 to 2 pi, as the text has it.
+fn claimed(input: &Input) -> Option<Claimed> {
+    let Input::Odometry { pose, .. } = input else {
+        return None;
+    };
+    let heading = f64::from(pose.heading.radians());
+    // Smaller than any step of the text: rounding of a heading of 0.
+    let is_right = heading < -5e-7;
+    Some(Claimed {
+        x_m: f64::from(pose.position.x),
+        y_m: f64::from(pose.position.y),
+        heading_rad: if is_right { heading + TAU } else { heading },
+    })
+}
+
+fn sees_something_move(inputs: &[Input]) -> bool {
+    let mut range: [Option<(i32, i32)>; SENSORS] = [None; SENSORS];
+    for input in inputs {
+        let Input::Proximity { samples, .. } = input else {
+            continue;
+        };
+        for (range, sample) in range.iter_mut().zip(samples) {
+            if let Sample::Counts(counts) = *sample {
+                let (least, most) = range.unwrap_or((counts, counts));
+                *range = Some((least.min(counts), most.max(counts)));
+            }
+        }
+    }
+    let changes = |(least, most): &(i32, i32)| most.abs_diff(*least) > LEAST_CHANGE as u32;
+    range.iter().flatten().any(changes)
+}
+
+/// Units of length that somebody may have meant: metres each, and the name.
+const LENGTHS: [(f64, &str); 4] = [
+    (1e-6, "micrometres"),
+    (1e-3, "millimetres"),
+    (1e-2, "centimetres"),
+    (1.0, "metres"),
+];
+
+/// The unit, other than the claimed one, in which a speed is nearest to the usual one.
+fn nearest_length(claimed_m: f64, claimed_speed: f64) -> &'static str {
+    let strangeness = |unit_m: f64| {
+        let speed = claimed_speed / claimed_m * unit_m;
+        (speed / USUAL_SPEED).ln().abs()
+    };
+    LENGTHS
+        .into_iter()
+        .filter(|(unit_m, _)| (unit_m / claimed_m).ln().abs() > 1.0)
+        .min_by(|a, b| strangeness(a.0).total_cmp(&strangeness(b.0)))
+        .map_or("another unit", |(_, name)| name)
+}
+
+/// The value that nine of ten do not exceed.
+fn ninth_decile(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() * 9 / 10).copied()
+}
+
+fn doubt_speeds(inputs: &[Input]) -> Option<String> {
+    let mut speeds = Vec::new();
+    let mut begin: Option<(u64, Claimed)> = None;
+    for input in inputs {
+        match input {
+            Input::Wheels { speeds: wheels, .. } => {
+                let both = f64::from(wheels.left_m_per_s) + f64::from(wheels.right_m_per_s);
+                speeds.push(0.5 * both.abs());
+            }
+            Input::Odometry { stamp_us, .. } => {
+                let pose = claimed(input)?;
+                let Some((began_us, before)) = begin else {
+                    begin = Some((*stamp_us, pose));
+                    continue;
+                };
+                let time_us = stamp_us.saturating_sub(began_us);
+                if time_us < WINDOW_US {
+                    continue;
+                }
+                if time_us <= MOST_WINDOW_US {
+                    speeds.push(before.distance(&pose) / (time_us as f64 * 1e-6));
+                }
+                begin = Some((*stamp_us, pose));
+            }
+            _ => {}
+        }
+    }
+    if speeds.len() < FEWEST {
+        return None;
+    }
+    let speed = ninth_decile(speeds)?;
+    (speed > MOST_SPEED).then(|| {
+        let unit = nearest_length(1.0, speed);
+        format!("positions and speeds look like {unit}: in metres the robot does {speed:.1} m/s")
+    })
+}
+
+fn doubt_places(rows: &[Claimed], sees_motion: bool) -> Option<String> {
+    let steps: Vec<f64> = rows
+        .windows(2)
+        .filter_map(|pair| Some(pair.first()?.distance(pair.last()?)))
+        .filter(|step| *step > 0.0)
+        .collect();
+    let path: f64 = steps.iter().sum();
+    let Some(step) = ninth_decile(steps) else {
+        let rim = rows
+            .first()
+            .map_or(0.0, |row| row.x_m.abs().max(row.y_m.abs()));
+        let stands_within_a_step = rim > 0.0 && rim < 2.0 * HALF_STEP_M;
+        return (stands_within_a_step && sees_motion).then(|| {
+            let place = rim * 1e6;
+            format!(
+                "X and Y look like metres: the readings change and the robot stays within \
+                 {place:.0} um, less than a step of its odometry"
+            )
+        });
+    };
+    let mean = path / (rows.len() - 1) as f64;
+    if step >= HALF_STEP_M {
+        return None;
+    }
+    let unit = nearest_length(1e-6, mean / ROW_S);
+    let step_um = step * 1e6;
+    Some(format!(
+        "X and Y look like {unit}: in micrometres the robot moves {step_um:.3} um a row, \
+         and a step of its odometry is 256 um"
+    ))
+}
+
+/// Units of angle that somebody may have meant: radians each, the most of a turn in
+/// them, the mean error of whole numbers, and the name.
+const ANGLES: [(f64, f64, f64, &str); 3] = [
+    (1e-3, 6_300.0, 0.0, "milliradians"),
+    (PI / 180.0, 361.0, 0.01, "degrees"),
+    // Cut to whole ones: half a radian low in the mean.
+    (1.0, 7.0, 0.5, "radians"),
+];
+
+fn doubt_headings(rows: &[Claimed]) -> Option<String> {
+    let angle = mean_angle(rows, 1.0)?;
+    if angle <= MOST_ANGLE {
+        return None;
+    }
+    let most_urad = rows
+        .iter()
+        .map(|row| row.heading_rad * 1e6)
+        .fold(0.0, f64::max);
+    let (better, unit) = ANGLES
+        .into_iter()
+        .filter(|(_, turn, _, _)| most_urad <= *turn)
+        .filter_map(|(unit_rad, _, rounding, name)| {
+            let better = mean_angle(rows, unit_rad / 1e-6)?;
+            (better <= MOST_ANGLE + rounding).then_some((better, name))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "Theta looks like {unit}: in microradians the robot looks {angle:.2} rad off its \
+         course, in {unit} {better:.2}"
+    ))
+}
+
+/// The mean angle between the course of each piece of way and the heading times
+/// `scale`; `None` when there are too few.
+fn mean_angle(rows: &[Claimed], scale: f64) -> Option<f64> {
+    let mut angles = Vec::new();
+    let mut begin = *rows.first()?;
+    for row in rows {
+        if begin.distance(row) < CHORD_M {
+            continue;
+        }
+        let course = (row.y_m - begin.y_m).atan2(row.x_m - begin.x_m);
+        let turn = wrapped((row.heading_rad - begin.heading_rad) * scale, TAU);
+        let heading = begin.heading_rad * scale + 0.5 * turn;
+        // Backward is along the way too.
+        angles.push(wrapped(course - heading, PI).abs().min(FRAC_PI_2));
+        begin = *row;
+    }
+    (angles.len() >= FEWEST_CHORDS).then(|| angles.iter().sum::<f64>() / angles.len() as f64)
+}
+
+/// The angle nearest to zero that differs by whole periods.
+fn wrapped(angle: f64, period: f64) -> f64 {
+    angle - (angle / period).round() * period
+}

@@ -1,0 +1,40 @@
+//! The CAN unit of the chip, as its controller wants it.
+
+use stm32f4xx_hal::pac::CAN1;
+use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+
+use crate::can::{Register, Registers};
+
+/// The registers of CAN1.
+pub(crate) struct CanUnit(CAN1);
+
+impl CanUnit {
+    /// Clocks the unit and forgets what a boot loader left in it.
+    pub(super) fn start(unit: CAN1, rcc: &mut Rcc) -> Self {
+        CAN1::enable(rcc);
+        CAN1::reset(rcc);
+        Self(unit)
+    }
+
+    fn pointer(register: Register) -> *mut u32 {
+        CAN1::ptr()
+            .cast::<u32>()
+            .cast_mut()
+            .wrapping_byte_add(register.offset())
+    }
+}
+
+#[expect(unsafe_code, reason = "the unit's registers take raw numbers")]
+impl Registers for CanUnit {
+    fn read(&self, register: Register) -> u32 {
+        // SAFETY: the unit is ours and clocked, a `Register` is a multiple of four
+        // within its 1 KiB, and reading changes nothing in it.
+        unsafe { Self::pointer(register).read_volatile() }
+    }
+
+    fn write(&mut self, register: Register, bits: u32) {
+        // SAFETY: as above; the unit reaches no memory, so that no value that is
+        // written to it breaks anything but the bus.
+        unsafe { Self::pointer(register).write_volatile(bits) }
+    }
+}

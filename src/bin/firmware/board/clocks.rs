@@ -1,0 +1,71 @@
+//! The core's clock: crystal and PLL, or as near as the board can.
+
+use amiro_ipf::event::ClockSource;
+use stm32f4xx_hal::pac::RCC;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{Config, Rcc};
+
+/// Full speed, hertz.
+pub(super) const CORE_HZ: u32 = 168_000_000;
+
+/// The crystal, hertz.
+const CRYSTAL_HZ: u32 = 8_000_000;
+
+/// Turns of a polling loop after which a clock is given up: at 16 MHz and some ten
+/// cycles a turn 60 ms, many times what a crystal (2 ms) or a PLL (0.3 ms) needs.
+const PATIENCE: u32 = 100_000;
+
+/// Brings the core to 168 MHz, or as near as the board can.
+///
+/// A boot loader leaves the PLL running, so everything first goes back to the
+/// internal oscillator. The HAL's own start waits without bound; here crystal and
+/// PLL are started first, with bounds and with the very settings that the HAL
+/// computes, so that its loops end at once.
+pub(super) fn start(rcc: RCC) -> (Rcc, ClockSource) {
+    rcc.cr().modify(|_, w| w.hsion().set_bit());
+    if !patiently(|| rcc.cr().read().hsirdy().bit_is_set()) {
+        return (rcc.freeze(Config::hsi()), ClockSource::Unknown);
+    }
+    rcc.cfgr().modify(|_, w| w.sw().hsi());
+    patiently(|| rcc.cfgr().read().sws().is_hsi());
+    rcc.cr().modify(|_, w| w.pllon().clear_bit());
+    patiently(|| rcc.cr().read().pllrdy().bit_is_clear());
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    if patiently(|| rcc.cr().read().hserdy().bit_is_set()) && lock_pll(&rcc, true) {
+        let config = Config::hse(CRYSTAL_HZ.Hz()).sysclk(CORE_HZ.Hz());
+        return (rcc.freeze(config), ClockSource::CrystalPll);
+    }
+    rcc.cr()
+        .modify(|_, w| w.hseon().clear_bit().pllon().clear_bit());
+    patiently(|| rcc.cr().read().pllrdy().bit_is_clear());
+    if lock_pll(&rcc, false) {
+        let config = Config::hsi().sysclk(CORE_HZ.Hz());
+        return (rcc.freeze(config), ClockSource::InternalPll);
+    }
+    rcc.cr().modify(|_, w| w.pllon().clear_bit());
+    (rcc.freeze(Config::hsi()), ClockSource::Internal)
+}
+
+#[expect(unsafe_code, reason = "the register's fields take raw numbers")]
+/// Starts the PLL for 168 MHz: 2 MHz in (M), 336 MHz inside (N), half out (P), 48 MHz
+/// beside (Q). Whether it locked.
+fn lock_pll(rcc: &RCC, crystal: bool) -> bool {
+    let m = if crystal { 4 } else { 8 };
+    rcc.pllcfgr().write(|w| {
+        // SAFETY: M 2..=63, N 50..=432 and Q 2..=15 are the ranges of the reference
+        // manual (RM0090, 7.3.2), and these values lie inside.
+        unsafe {
+            w.pllm().bits(m);
+            w.plln().bits(168);
+            w.pllq().bits(7);
+        }
+        w.pllp().div2().pllsrc().bit(crystal)
+    });
+    rcc.cr().modify(|_, w| w.pllon().set_bit());
+    patiently(|| rcc.cr().read().pllrdy().bit_is_set())
+}
+
+/// Polls until `ready`, at most [`PATIENCE`] times; whether it became ready.
+fn patiently(ready: impl Fn() -> bool) -> bool {
+    (0..PATIENCE).any(|_| ready())
+}

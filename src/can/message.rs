@@ -1,0 +1,130 @@
+//! What a frame says to this board.
+
+use super::{Board, BodySpeed, Frame, Identifier, StandardId, TransmittedPose};
+use crate::geometry::Pose;
+
+/// Every identifier that [`Message::decode`] reads; a controller's filters need no other.
+pub const READ: [StandardId; 9] = [
+    StandardId::ODOMETRY,
+    StandardId::ACTUAL_SPEED,
+    StandardId::TARGET_SPEED,
+    StandardId::OWN_TARGET_SPEED,
+    StandardId::CALIBRATE_RING,
+    StandardId::shutdown(Board::DiWheelDrive),
+    StandardId::shutdown(Board::PowerManagement),
+    StandardId::shutdown(Board::LightRing),
+    StandardId::shutdown(Board::Cognition),
+];
+
+/// Faster than this is damage, not a robot: micrometres a second. The AMiRo has been
+/// driven at 0.6 m/s.
+const MOST_FORWARD: u32 = 10_000_000;
+/// Microradians a second: wheels at 10 m/s against each other on the 69 mm track turn
+/// the body by 290 rad/s.
+const MOST_TURN: u32 = 300_000_000;
+/// What a shutdown says, so that no stray frame switches the robot off.
+pub(super) const SHUTDOWN: u16 = 0xaa55;
+
+/// A message of the bus that this board reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Message {
+    /// Where the wheels' odometry believes the robot to be, every 63 ms.
+    ///
+    /// The frame has no stamp; the odometry in it is up to 50 ms old.
+    Odometry(Pose),
+    /// How fast the wheels say that it moves, every 63 ms; in steps of some 12 mm/s.
+    ActualSpeed(BodySpeed),
+    /// How fast somebody wants it to move.
+    TargetSpeed(BodySpeed),
+    /// The readings of now are the ring's offsets.
+    CalibrateRing,
+    /// A board wants all of them off.
+    Shutdown(Board),
+}
+
+/// Why a frame says nothing to this board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Ignored {
+    /// Its identifier has 29 bits.
+    Extended,
+    /// It asks for data.
+    NotData,
+    /// It is a message for others, or none that is known.
+    UnknownId,
+    /// It has more or fewer bytes than its message.
+    WrongLength,
+    /// Its numbers are none that a robot sends.
+    ImpossibleValue,
+}
+
+impl core::fmt::Display for Ignored {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Extended => "identifier has 29 bits",
+            Self::NotData => "frame asks for data",
+            Self::UnknownId => "no message for this board",
+            Self::WrongLength => "message has another length",
+            Self::ImpossibleValue => "no robot sends such a value",
+        })
+    }
+}
+
+impl core::error::Error for Ignored {}
+
+impl Message {
+    /// What a frame says.
+    ///
+    /// # Errors
+    /// Why it says nothing; one [`Ignored`] a frame, tested in the order of its variants.
+    pub fn decode(frame: &Frame) -> Result<Self, Ignored> {
+        let Identifier::Standard(identifier) = frame.identifier() else {
+            return Err(Ignored::Extended);
+        };
+        if frame.is_remote() {
+            return Err(Ignored::NotData);
+        }
+        match identifier {
+            StandardId::ODOMETRY => TransmittedPose::from_bytes(payload(frame)?)
+                .map(|sent| Self::Odometry(sent.pose()))
+                .ok_or(Ignored::ImpossibleValue),
+            StandardId::ACTUAL_SPEED => speed(payload(frame)?).map(Self::ActualSpeed),
+            StandardId::TARGET_SPEED | StandardId::OWN_TARGET_SPEED => {
+                speed(payload(frame)?).map(Self::TargetSpeed)
+            }
+            StandardId::CALIBRATE_RING => payload::<0>(frame).map(|_| Self::CalibrateRing),
+            _ => shutdown(identifier, frame),
+        }
+    }
+}
+
+/// The payload, if it has exactly the message's length.
+fn payload<const LENGTH: usize>(frame: &Frame) -> Result<[u8; LENGTH], Ignored> {
+    frame.payload().try_into().map_err(|_| Ignored::WrongLength)
+}
+
+fn speed([v0, v1, v2, v3, w0, w1, w2, w3]: [u8; 8]) -> Result<BodySpeed, Ignored> {
+    let forward = i32::from_le_bytes([v0, v1, v2, v3]);
+    let turn = i32::from_le_bytes([w0, w1, w2, w3]);
+    if forward.unsigned_abs() > MOST_FORWARD || turn.unsigned_abs() > MOST_TURN {
+        return Err(Ignored::ImpossibleValue);
+    }
+    Ok(BodySpeed {
+        forward_m_per_s: forward as f32 / 1e6,
+        turn_rad_per_s: turn as f32 / 1e6,
+    })
+}
+
+fn shutdown(identifier: StandardId, frame: &Frame) -> Result<Message, Ignored> {
+    let sender = Board::ALL
+        .into_iter()
+        .find(|board| StandardId::shutdown(*board) == identifier);
+    let Some(sender) = sender else {
+        return Err(Ignored::UnknownId);
+    };
+    match u16::from_le_bytes(payload(frame)?) {
+        SHUTDOWN => Ok(Message::Shutdown(sender)),
+        _ => Err(Ignored::ImpossibleValue),
+    }
+}
