@@ -7,6 +7,7 @@
 pub mod at24c01;
 pub mod branch;
 mod calibration;
+mod offsets;
 pub mod pca9544a;
 mod proximity_sensor;
 pub mod ring;
@@ -16,10 +17,8 @@ pub mod vcnl4020;
 mod watch;
 
 pub use branch::{Branch, BranchCounters};
-pub use calibration::{
-    OFFSET_RANGE, OffsetMeasurement, OffsetOrigin, OffsetRefusal, Offsets, READINGS, STORE_BYTES,
-    StoreFault,
-};
+pub use calibration::{OffsetMeasurement, OffsetRefusal, READINGS};
+pub use offsets::{OFFSET_RANGE, OffsetOrigin, Offsets, STORE_BYTES, StoreFault};
 pub use proximity_sensor::{
     DEFAULT_LEAST_COUNTS, DEFAULT_OFFSET, MAX_AGE_US, MISSING_AFTER, PROBE_PERIOD_US,
     ProximitySensor, TRUSTED_AFTER,

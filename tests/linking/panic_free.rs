@@ -77,7 +77,7 @@ mod alone {
         let known = Offsets::decode(&black_box([0; STORE_BYTES])).unwrap_or_default();
         let mut measurement = OffsetMeasurement::new(&known);
         while !measurement.take(&ring.trusted_raw(black_box(now_us))) {}
-        black_box(measurement.results());
+        let _ = black_box(measurement.results());
         let Some(offsets) = measurement.offsets() else {
             return;
         };

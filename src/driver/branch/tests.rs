@@ -4,10 +4,14 @@ use super::super::fake::{Bus, NACK};
 use super::super::sensor_state::{SensorFault, SensorState};
 use super::super::vcnl4020::SATURATED;
 use super::*;
+use crate::driver::BusFault;
+use crate::driver::pca9544a::{self, ADDRESS_AMIRO, Channel};
 use crate::sensor::Sample;
 
 /// A branch on a bus, with a round every 8 ms and the time of the bus.
 struct Bench {
+    /// Whether every sensor must be good at every moment.
+    strict: bool,
     bus: Bus,
     branch: Branch,
     round_us: u64,
@@ -24,6 +28,7 @@ impl Bench {
             part.next_ns = 4_000_000 + 500_000 * index as u64;
         }
         Self {
+            strict: false,
             bus,
             branch: Branch::new(&Channel::ALL),
             round_us: 0,
@@ -37,6 +42,9 @@ impl Bench {
         assert!(self.branch.begin_round(self.bus.now_us(), true));
         while let Some(transaction) = self.branch.next(self.bus.now_us()) {
             let result = transaction.run_on(&mut self.bus);
+            if self.strict {
+                assert_eq!(self.states(), [GOOD; 4], "round of {} us", self.round_us);
+            }
             let answer = result.as_deref().map_err(|fault| *fault);
             self.branch.answer(self.bus.now_us(), answer);
         }
@@ -186,6 +194,35 @@ fn answers_of_a_wrong_length_are_failures_and_end() {
 }
 
 #[test]
+fn whatever_the_bus_answers_a_round_ends_within_eighty_transactions() {
+    let mut random = Bus::new();
+    let mut branch = Branch::new(&Channel::ALL);
+    for round in 0..100_000 {
+        let now_us = round * ROUND_PERIOD_US;
+        assert!(branch.begin_round(now_us, true));
+        let mut transactions = 0;
+        while let Some(transaction) = branch.next(now_us) {
+            // Mostly what keeps the round going: channels, identities, ready bits.
+            let byte = match random.below(4) {
+                0 => random.below(256) as u8,
+                1 => 0x04 | random.below(4) as u8,
+                2 => [0x00, 0x21, 0x87, 0xa7][random.below(4) as usize],
+                _ => transaction.to_write().first().copied().unwrap_or(0x04),
+            };
+            let result = match random.below(40) {
+                0 => Err(BusFault::NoSuchPart),
+                1 => Err(BusFault::Misplaced),
+                _ => Ok(vec![byte; transaction.to_read()]),
+            };
+            let answer = result.as_deref().map_err(|fault| *fault);
+            branch.answer(now_us, answer);
+            transactions += 1;
+            assert!(transactions <= 80, "round {round}");
+        }
+    }
+}
+
+#[test]
 fn f01_an_unplugged_sensor_is_missing_in_the_third_round_and_the_others_lose_nothing() {
     let mut bench = Bench::running();
     let before = bench.branch.sensor(Channel::Zero).counters().readings;
@@ -236,10 +273,14 @@ fn f02_a_failure_of_any_transaction_costs_no_reading_and_no_wrong_value() {
     for at in 0..26 {
         for kind in kinds {
             let mut bench = Bench::running();
+            let readings = |bench: &Bench| {
+                Channel::ALL.map(|channel| bench.branch.sensor(channel).counters().readings)
+            };
+            let before = readings(&bench);
             bench.bus.failing = vec![(bench.bus.transactions + at, kind)];
-            bench.rounds(1);
-            assert_eq!(bench.states(), [GOOD; 4], "{kind:?} at {at}");
-            bench.rounds(1);
+            bench.round();
+            let one_more = before.map(|readings| readings + 1);
+            assert_eq!(readings(&bench), one_more, "{kind:?} at {at}");
             for (index, sample) in bench.samples().into_iter().enumerate() {
                 let Sample::Counts(counts) = sample else {
                     panic!("{kind:?} at {at}: sensor {index} is {sample:?}")
@@ -299,8 +340,9 @@ fn f06_at_boot_as_well() {
 fn f07_of_a_million_mux_faults_none_credits_a_reading_to_the_wrong_sensor() {
     let mut bench = Bench::new();
     bench.rounds(12);
-    // A fault at half of the selections and an eighth of the deselections: the write is
-    // lost, hits another channel or, later in the visit, the register forgets or jumps.
+    // A fault at five eighths of the selections and of 32 deselections: the write is
+    // lost, hits another channel or takes effect late; the register forgets or jumps
+    // later in the visit.
     bench.bus.mux_fault = |bus, written| {
         if let Some((after, mux)) = bus.jump {
             bus.jump = after.checked_sub(1).map(|after| (after, mux));
@@ -320,6 +362,10 @@ fn f07_of_a_million_mux_faults_none_credits_a_reading_to_the_wrong_sensor() {
             1 => bus.mux = 0,
             2 => bus.jump = Some((bus.below(5) as u32, 0)),
             3 => bus.jump = Some((bus.below(5) as u32, another)),
+            4 => {
+                bus.mux = another;
+                bus.jump = Some((bus.below(5) as u32, register));
+            }
             _ => {}
         }
         // Deselecting, a zero is what was wanted.
@@ -393,10 +439,9 @@ fn f15_sensors_a_little_slow_or_fast_never_go_stale() {
             part.period_ns = period_ns;
         }
         bench.rounds(15);
-        for round in 0..5_000 {
-            bench.round();
-            assert_eq!(bench.states(), [GOOD; 4], "{period_ns} ns, round {round}");
-        }
+        // At every moment, not only when all was read.
+        bench.strict = true;
+        bench.rounds(5_000);
     }
 }
 

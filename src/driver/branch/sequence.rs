@@ -1,118 +1,13 @@
-//! One I2C bus with a multiplexer and up to four proximity sensors behind it.
-//!
-//! [`Branch`] says which transaction comes next and is told its result; it neither
-//! waits nor knows what executes it. Nothing is believed that the multiplexer does not
-//! vouch for: it is read back after each selection and again after each reading, and a
-//! reading counts only if it named the sensor's channel both times.
-//!
-//! # A round
-//!
-//! | step | transaction | clocks |
-//! |---|---|---|
-//! | select the channel, read it back | 2 + 2 bytes | 40 |
-//! | read the command register: does it still measure, is a result ready? | 4 | 39 |
-//! | read both results | 7 | 66 |
-//! | read proximity again: another value means that it changed meanwhile | 5 | 48 |
-//! | read the multiplexer back | 2 | 20 |
-//!
-//! 213 clocks a sensor, 852 a round: 2.13 ms at 400 kHz. At 100 kHz it is 8.52 ms, more
-//! than the 8 ms of 125 rounds a second.
-//!
-//! **Torn values.** The part clears its ready bit when either byte of the result is
-//! read, so a result that arrives between the two leaves no trace in it. Equal values
-//! in two reads are whole, whichever update came between; of unequal ones the next read
-//! is, since updates lie 8 ms apart.
-//!
-//! **Second visits.** A sensor that failed, or had nothing new, is visited once more
-//! after the others. A result that comes just after its sensor's visit is so not a
-//! round late. No second visit begins later than [`SECOND_VISITS_UNTIL_US`].
-//!
-//! **Errors.** After any error the multiplexer's selection is unknown; all channels are
-//! deselected, which is read back, before anything else is said. When that fails the
-//! round is over. When a line is held low or a transaction did not end, it is at once.
+//! What is said on one bus, in turn.
 
 use embedded_hal::i2c::I2c;
-use serde::{Deserialize, Serialize};
 
-use super::pca9544a::{self, ADDRESS_AMIRO, Channel, Selection};
-use super::proximity_sensor::ProximitySensor;
-use super::vcnl4020::{Command, Configuration, IDENTITY, Measurement, transactions as say};
-use super::{BusFault, Transaction, clocks};
-
-/// Time between two rounds at the sensors' 125 Hz.
-pub const ROUND_PERIOD_US: u64 = 8_000;
-
-/// Second visits begin within this time of their round.
-///
-/// At 400 kHz the longest visit takes 0.75 ms, so that the round then ends before the
-/// next one begins.
-pub const SECOND_VISITS_UNTIL_US: u64 = 6_000;
-
-/// Clocks of a visit that reads: selection, read-back, command, results, proximity
-/// again, read-back.
-const READING_CLOCKS: u32 =
-    clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
-
-/// Clocks of a visit that finds its sensor reset and configures it.
-const CONFIGURING_CLOCKS: u32 =
-    clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
-
-/// Clocks of the longest visit: selection unknown, and a torn value.
-const LONGEST_VISIT_CLOCKS: u32 = {
-    let deselection = clocks(1, 0) + clocks(0, 1);
-    let torn = READING_CLOCKS + clocks(1, 2);
-    let longest = if torn > CONFIGURING_CLOCKS {
-        torn
-    } else {
-        CONFIGURING_CLOCKS
-    };
-    deselection + longest
-};
-
-/// Clocks of a round in which four sensors deliver.
-pub const USUAL_ROUND_CLOCKS: u32 = 4 * READING_CLOCKS;
-
-/// Clocks of the longest round without second visits: each visit ends with an error.
-///
-/// 1204: 12.0 ms at 100 kHz, 3.0 ms at 400 kHz.
-pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
-
-/// The longest that a round holds a bus of this speed, microseconds, rounded up.
-///
-/// 6.8 ms at 400 kHz, 12.1 ms at 100 kHz; what executes the transactions adds its own
-/// time between them.
-#[must_use]
-pub const fn longest_round_us(bus_hz: u32) -> u64 {
-    let first_us = time_us(LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
-    if first_us >= SECOND_VISITS_UNTIL_US {
-        return first_us;
-    }
-    let all_us = time_us(2 * LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
-    let last_us = SECOND_VISITS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
-    if all_us < last_us { all_us } else { last_us }
-}
-
-/// Time of so many clocks, microseconds, rounded up; a bus of 0 Hz counts as 1 Hz.
-const fn time_us(clocks: u32, bus_hz: u32) -> u64 {
-    let hz = if bus_hz == 0 { 1 } else { bus_hz };
-    (clocks as u64 * 1_000_000).div_ceil(hz as u64)
-}
-
-/// What happened on one branch since the start; each stops at its highest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct BranchCounters {
-    /// Rounds begun.
-    pub rounds: u32,
-    /// Rounds not begun because the one before was still busy.
-    pub late: u16,
-    /// Read-backs that named another channel than they should.
-    pub wrong_channel: u16,
-    /// Rounds ended because the multiplexer did not come free of an error.
-    pub mux_failures: u16,
-    /// Rounds ended because a line was held low or a transaction did not end.
-    pub line_failures: u16,
-}
+use super::channels::Channels;
+use super::counters::BranchCounters;
+use super::timing::SECOND_VISITS_UNTIL_US;
+use crate::driver::pca9544a::{self, ADDRESS_AMIRO, Channel, Selection};
+use crate::driver::vcnl4020::{Command, Configuration, IDENTITY, Measurement, transactions as say};
+use crate::driver::{BusFault, ProximitySensor, Transaction};
 
 /// What the next transaction is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,36 +40,7 @@ enum Outcome {
     Stranger,
 }
 
-/// A set of channels, a bit each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Channels(u8);
-
-impl Channels {
-    const NONE: Self = Self(0);
-
-    const fn contains(self, channel: Channel) -> bool {
-        self.0 & 1 << channel.number() != 0
-    }
-
-    fn insert(&mut self, channel: Channel) {
-        self.0 |= 1 << channel.number();
-    }
-
-    fn remove(&mut self, channel: Channel) {
-        self.0 &= !(1 << channel.number());
-    }
-
-    /// Takes the lowest channel out.
-    fn pop(&mut self) -> Option<Channel> {
-        let lowest = Channel::ALL
-            .into_iter()
-            .find(|channel| self.contains(*channel))?;
-        self.remove(lowest);
-        Some(lowest)
-    }
-}
-
-/// One bus with its multiplexer and its sensors; see the [module](self).
+/// One bus with its multiplexer and its sensors; see the [module](super).
 #[derive(Clone, Debug)]
 pub struct Branch {
     sensors: [ProximitySensor; 4],
@@ -190,6 +56,9 @@ pub struct Branch {
     again: Channels,
     /// Not heard of in this round.
     owing: Channels,
+    /// Had something new in this round. Reading it clears the ready bit, and a second
+    /// visit is still to have it.
+    news: Channels,
     second_visits: bool,
     moving: bool,
     began_us: u64,
@@ -214,6 +83,7 @@ impl Branch {
             todo: Channels::NONE,
             again: Channels::NONE,
             owing: Channels::NONE,
+            news: Channels::NONE,
             second_visits: false,
             moving: false,
             began_us: 0,
@@ -222,7 +92,7 @@ impl Branch {
     }
 
     /// Adds the sensor on a channel to those in use, from the next round on.
-    pub(super) fn add(&mut self, channel: Channel) {
+    pub(in crate::driver) fn add(&mut self, channel: Channel) {
         self.in_use.insert(channel);
     }
 
@@ -261,7 +131,7 @@ impl Branch {
         self.step == Step::Idle
     }
 
-    /// Begins a round, every [`ROUND_PERIOD_US`]. `moving` says whether the robot
+    /// Begins a round, every [`ROUND_PERIOD_US`](super::ROUND_PERIOD_US). `moving` says whether the robot
     /// drives; only then are equal samples suspicious.
     ///
     /// A round that is still busy goes on; the new one is counted as late and `false`
@@ -277,6 +147,7 @@ impl Branch {
         self.second_visits = false;
         self.again = Channels::NONE;
         self.todo = Channels::NONE;
+        self.news = Channels::NONE;
         for channel in Channel::ALL {
             if self.in_use.contains(channel) && self.sensor(channel).is_due(now_us) {
                 self.todo.insert(channel);
@@ -429,7 +300,8 @@ impl Branch {
         let command = Command(command);
         if !command.is_self_timed() {
             self.step = Step::Identify;
-        } else if command.proximity_ready() {
+        } else if command.proximity_ready() || self.news.contains(self.channel) {
+            self.news.insert(self.channel);
             self.step = Step::ReadResult;
         } else {
             self.bring(Outcome::NothingNew);
@@ -507,6 +379,3 @@ impl Branch {
         self.visit_next(now_us);
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,0 +1,62 @@
+//! How long a round holds its bus.
+
+use crate::driver::clocks;
+
+/// Time between two rounds at the sensors' 125 Hz.
+pub const ROUND_PERIOD_US: u64 = 8_000;
+
+/// Second visits begin within this time of their round.
+///
+/// At 400 kHz the longest visit takes 0.75 ms, so that the round then ends before the
+/// next one begins.
+pub const SECOND_VISITS_UNTIL_US: u64 = 6_000;
+
+/// Clocks of a visit that reads: selection, read-back, command, results, proximity
+/// again, read-back.
+const READING_CLOCKS: u32 =
+    clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
+
+/// Clocks of a visit that finds its sensor reset and configures it.
+const CONFIGURING_CLOCKS: u32 =
+    clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
+
+/// Clocks of the longest visit: selection unknown, and a torn value.
+const LONGEST_VISIT_CLOCKS: u32 = {
+    let deselection = clocks(1, 0) + clocks(0, 1);
+    let torn = READING_CLOCKS + clocks(1, 2);
+    let longest = if torn > CONFIGURING_CLOCKS {
+        torn
+    } else {
+        CONFIGURING_CLOCKS
+    };
+    deselection + longest
+};
+
+/// Clocks of a round in which four sensors deliver.
+pub const USUAL_ROUND_CLOCKS: u32 = 4 * READING_CLOCKS;
+
+/// Clocks of the longest round without second visits: each visit ends with an error.
+///
+/// 1204: 12.0 ms at 100 kHz, 3.0 ms at 400 kHz.
+pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
+
+/// The longest that a round holds a bus of this speed, microseconds, rounded up.
+///
+/// 6.02 ms at 400 kHz, 12.04 ms at 100 kHz; what executes the transactions adds its own
+/// time between them.
+#[must_use]
+pub const fn longest_round_us(bus_hz: u32) -> u64 {
+    let first_us = time_us(LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
+    if first_us >= SECOND_VISITS_UNTIL_US {
+        return first_us;
+    }
+    let all_us = time_us(2 * LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
+    let last_us = SECOND_VISITS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
+    if all_us < last_us { all_us } else { last_us }
+}
+
+/// Time of so many clocks, microseconds, rounded up; a bus of 0 Hz counts as 1 Hz.
+const fn time_us(clocks: u32, bus_hz: u32) -> u64 {
+    let hz = if bus_hz == 0 { 1 } else { bus_hz };
+    (clocks as u64 * 1_000_000).div_ceil(hz as u64)
+}
