@@ -37,7 +37,7 @@ mod registers;
 mod stage;
 mod timing;
 
-pub(crate) use master::{Master, Progress};
+pub(crate) use master::Master;
 pub(crate) use registers::{Line, Register, Registers};
 pub(crate) use stage::Progress;
 pub(crate) use timing::Timing;
