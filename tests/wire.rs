@@ -398,7 +398,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     ]);
     assert_eq!(amiro_ipf::checksum::CRC.checksum(b"123456789"), 0xcbf4_3926);
     // The board's line is the firmware's alone: its source is all a host can ask.
-    let board = include_str!("../src/bin/firmware/board.rs");
+    let board = include_str!("../src/bin/firmware/board/mod.rs");
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
     let budget = include_str!("../src/bin/firmware/budget.rs");

@@ -4,7 +4,7 @@ use amiro_ipf::config::Config;
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::wire::MAX_FRAME;
 
-use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
+use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, REPORT_QUEUE, RESERVE, SEND_QUEUE};
 
 /// Prints the memory that the image spends on purpose.
 ///
@@ -25,6 +25,10 @@ pub(crate) fn print_budget() {
         ""
     );
     println!("{RECEIVE_QUEUE:>8} bytes  receive queue");
+    println!(
+        "{:>8} places report queue: readings, poses and health for the program",
+        REPORT_QUEUE - 1
+    );
     println!("{left:>8} bytes  left of {RAM} for stack and the rest");
     println!();
     println!("configuration at boot: {:#?}", Config::default());
