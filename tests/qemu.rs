@@ -5,11 +5,15 @@ mod common;
 use std::process::Command;
 use std::sync::OnceLock;
 
+use amiro_ipf::can::CanState;
 use amiro_ipf::config::{Config, StepRule};
+use amiro_ipf::driver::{OffsetOrigin, SensorState};
 use amiro_ipf::event::{ClockSource, Event, Status};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
+use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;
 use sim_harness::link::{Board, Comparison, Image, Layout, QemuOptions, build_image, drive};
 use sim_harness::run;
@@ -195,4 +199,72 @@ fn garbage_on_the_line_costs_only_the_frames_it_hits() {
         ..Config::amiro(Profile::Plus)
     };
     assert_equal_run(&mut board, config, &inputs(100));
+}
+
+/// A board as it comes up by itself, up to two seconds of its own time: its statuses
+/// and, between them, its healths.
+fn two_seconds_alone(board: &mut Board) -> (Vec<Status>, Vec<(u64, Health)>) {
+    let (mut statuses, mut healths) = (Vec::<Status>::new(), Vec::new());
+    loop {
+        match board.next_event().unwrap() {
+            Event::Status(status) => {
+                let end_ms = statuses
+                    .first()
+                    .map_or(u64::MAX, |first| first.board.uptime_ms + 2_000);
+                statuses.push(status);
+                if status.board.uptime_ms >= end_ms {
+                    return (statuses, healths);
+                }
+            }
+            Event::Health(health) => {
+                let since_ms = statuses.last().map_or(0, |last| last.board.uptime_ms);
+                healths.push((since_ms, health));
+            }
+            Event::StepBegun(step) => panic!("a step without sensors: {step:?}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn f22_without_buses_sensors_and_random_unit_each_is_named_within_a_second() {
+    let Some(image) = image() else { return };
+    let options = QemuOptions {
+        count_instructions: true,
+        ..QemuOptions::default()
+    };
+    let mut board = Board::in_qemu(image, &options).unwrap();
+    let (statuses, healths) = two_seconds_alone(&mut board);
+    // The first status says that the line is up, within 300 ms.
+    assert!(statuses[0].board.uptime_ms <= 300, "{:?}", statuses[0]);
+    // Eight statuses a second, none late by more than a millisecond: nothing that waits
+    // for a bus keeps them.
+    for pair in statuses.windows(2) {
+        let gap_ms = pair[1].board.uptime_ms - pair[0].board.uptime_ms;
+        assert!((124..=126).contains(&gap_ms), "{pair:?}");
+    }
+    let (_, named) = healths
+        .iter()
+        .take_while(|(since_ms, _)| *since_ms < 1_000)
+        .last()
+        .unwrap();
+    for sensor in named.sensors {
+        assert_eq!(sensor.state, SensorState::Missing, "{named:?}");
+    }
+    for bus in named.buses {
+        assert_eq!(bus.state, BusState::HeldLow, "{named:?}");
+        assert!(bus.recoveries > 0, "{named:?}");
+    }
+    assert_eq!(named.can.state, CanState::Absent);
+    assert_eq!(named.seed, SeedSource::UniqueNumber);
+    assert_eq!(named.offsets, OffsetOrigin::Defaults);
+    let (_, last) = healths.last().unwrap();
+    assert_eq!(last.can.state, CanState::Absent, "{last:?}");
+    // And the board still takes a host's readings.
+    let config = Config {
+        particles_per_sensor: 100,
+        ..Config::amiro(Profile::Paper)
+    };
+    board.greet().unwrap();
+    assert_equal_run(&mut board, config, &inputs(50));
 }
