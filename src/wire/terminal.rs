@@ -5,7 +5,7 @@
 
 use super::{Decoder, Encoder, Losses, Message, Outgoing, Received};
 use crate::config::Source;
-use crate::event::{Boot, Event, Status};
+use crate::event::{Boot, Event, OffsetReport, Status};
 use crate::fault::Fault;
 use crate::input::Input;
 use crate::node::Node;
@@ -42,6 +42,8 @@ pub struct Terminal<'a, const N: usize> {
     losses: Losses,
     broken_frames: u32,
     calibration_wanted: bool,
+    /// What was last told of the offsets, for a host that comes later.
+    offsets: Option<OffsetReport>,
 }
 
 impl<'a, const N: usize> Terminal<'a, N> {
@@ -55,6 +57,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
             losses: Losses::new(),
             broken_frames: 0,
             calibration_wanted: false,
+            offsets: None,
         }
     }
 
@@ -78,6 +81,14 @@ impl<'a, const N: usize> Terminal<'a, N> {
     /// Says who speaks.
     pub fn introduce(&mut self, send: &mut impl FnMut(&[u8], Importance)) {
         self.say(&Event::Boot(self.boot), send);
+    }
+
+    /// Says who speaks, and the offsets if they are known by now.
+    fn greet_back(&mut self, send: &mut impl FnMut(&[u8], Importance)) {
+        self.introduce(send);
+        if let Some(offsets) = self.offsets {
+            self.say(&Event::Offsets(offsets), send);
+        }
     }
 
     /// Says how things are.
@@ -108,8 +119,11 @@ impl<'a, const N: usize> Terminal<'a, N> {
         }
     }
 
-    /// Says something of the board's own.
+    /// Says something of the board's own. Offsets are said again to whoever greets.
     pub fn tell(&mut self, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {
+        if let Event::Offsets(offsets) = event {
+            self.offsets = Some(*offsets);
+        }
         self.say(event, send);
     }
 
@@ -152,7 +166,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
             return Err(Fault::NotAnInput);
         };
         match input {
-            Input::Hello => self.introduce(send),
+            Input::Hello => self.greet_back(send),
             Input::Calibrate => self.calibration_wanted = true,
             _ if is_measured(input) && self.node.config().source != Source::Link => {
                 return Err(Fault::NotTheSource);
