@@ -6,12 +6,15 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use amiro_ipf::config::{Config, StepRule};
+use amiro_ipf::driver::{OffsetRefusal, Offsets};
 use amiro_ipf::event::{ClockSource, Event, Status};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::Sample;
-use sim_harness::link::{Board, Comparison, Image, Layout, QemuOptions, build_image, drive};
+use sim_harness::link::{
+    Board, Comparison, Image, Layout, QemuOptions, build_image, drive, measure_offsets,
+};
 use sim_harness::run;
 
 /// The image, built once; `None`, said in one line, where it cannot be built or run.
@@ -165,6 +168,19 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
             Some(_) => {}
         }
     }
+}
+
+#[test]
+fn a_board_without_sensors_keeps_its_offsets_and_refuses_each_measurement() {
+    let Some(image) = image() else { return };
+    let mut board = Board::in_qemu(image, &QemuOptions::default()).unwrap();
+    board.greet().unwrap();
+    let report = measure_offsets(&mut board).unwrap().unwrap();
+    assert_eq!(report.offsets, Offsets::DEFAULTS);
+    assert_eq!(report.refused, [Some(OffsetRefusal::NotDelivering); 8]);
+    assert!(!report.is_kept);
+    board.greet().unwrap();
+    assert_eq!(board.offsets(), Some(&report));
 }
 
 #[test]
