@@ -8,7 +8,8 @@ use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::Message;
 
-use super::{Board, LinkError, drive};
+use super::board::ANSWER_DEADLINE;
+use super::{Board, LinkError};
 use crate::log::RecordingWriter;
 
 /// How long a board that has said nothing may stay silent: it says how it is at 8 Hz.
@@ -29,7 +30,7 @@ pub enum RecordError {
 /// writes whatever it says until `wanted` says that it is enough.
 ///
 /// The recording begins with the configuration and holds the readings that the board
-/// took, so that it replays as any other. It is flushed at every status, eight times a
+/// took from then on, so that it replays as any other. It is flushed at every status, eight times a
 /// second: that much is lost when the host dies. `wanted` sees each event.
 ///
 /// # Errors
@@ -47,12 +48,7 @@ pub fn record(
     };
     let start = Input::Configure(own);
     writer.write_input(&start)?;
-    let mut refused = None;
-    drive(board, &[start], |_| (), |_, fault| refused = fault)?;
-    if let Some(fault) = refused {
-        return Err(LinkError::Refused(fault).into());
-    }
-    writer.write_frames(&board.take_raw())?;
+    writer.write_frames(&begin(board, &start)?)?;
     loop {
         let Some(frame) = board.receive_frame(Instant::now() + SILENCE)? else {
             return Err(LinkError::Silent.into());
@@ -71,4 +67,30 @@ pub fn record(
             return Ok(());
         }
     }
+}
+
+/// Configures the board; its frames from the one on that says that it is.
+///
+/// What it said before belongs to the run that it was amid.
+fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
+    let sequence = board.send(start)?;
+    let deadline = Instant::now() + ANSWER_DEADLINE;
+    let mut frames = Vec::new();
+    let mut is_configured = false;
+    while let Some(frame) = board.receive_frame(deadline)? {
+        if board.boot_id() != Some(frame.boot_id) {
+            return Err(LinkError::Restarted { input: 0 });
+        }
+        let raw = board.take_raw();
+        is_configured |= matches!(frame.message, Message::Event(Event::Configured(_)));
+        if is_configured {
+            frames.extend(raw);
+        }
+        if let Message::Event(Event::Answer { input, refused }) = frame.message
+            && input == sequence
+        {
+            return refused.map_or(Ok(frames), |fault| Err(LinkError::Refused(fault)));
+        }
+    }
+    Err(LinkError::NoAnswer { input: 0 })
 }
