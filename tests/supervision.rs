@@ -315,7 +315,7 @@ fn flipped(image: &Image, byte: usize) -> Option<Supervision> {
             Ok(Event::Supervision(supervision)) => return Some(supervision),
             Ok(_) => {}
             Err(LinkError::Silent | LinkError::Gone) => return None,
-            Err(error) => panic!("{error}"),
+            Err(error) => unreachable!("{error}"),
         }
     }
 }
