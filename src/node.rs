@@ -623,6 +623,48 @@ mod tests {
         assert_eq!(run(&mut node), first);
     }
 
+    /// Digests of a drive whose stamps begin so late and run so fast.
+    fn digests_at(start_us: u64, rate: f64) -> Vec<u32> {
+        let mut set = ParticleSet::<160>::new();
+        let mut node = Node::new(&mut set);
+        let mut digests = Vec::new();
+        let mut inputs = vec![Input::Configure(config())];
+        inputs.extend((0..400_u64).flat_map(|row| {
+            let stamp_us = start_us + (row as f64 * 12_500.0 * rate) as u64;
+            at(stamp_us, row as f32 * 1e-3, 0.0)
+        }));
+        for input in inputs {
+            node.handle(&input, &mut |event| {
+                if let Event::StepDone(done) = event {
+                    digests.push(done.digest);
+                }
+            })
+            .unwrap();
+        }
+        digests
+    }
+
+    #[test]
+    fn f42_the_end_of_32_bit_milliseconds_and_microseconds_is_no_event() {
+        let early = digests_at(0, 1.0);
+        assert_eq!(early.len(), 40);
+        for start_us in [
+            (1_u64 << 32) - 2_000_000,
+            ((1_u64 << 32) - 2_000) * 1_000,
+            (1_u64 << 48) - 2_000_000,
+        ] {
+            assert_eq!(digests_at(start_us, 1.0), early, "{start_us}");
+        }
+    }
+
+    #[test]
+    fn f44_a_clock_two_percent_off_changes_no_particle() {
+        let exact = digests_at(1_000_000, 1.0);
+        for rate in [0.98, 0.999_99, 1.000_01, 1.02] {
+            assert_eq!(digests_at(1_000_000, rate), exact, "{rate}");
+        }
+    }
+
     #[test]
     fn a_limit_holds_until_the_next_configuration() {
         let mut set = ParticleSet::new();

@@ -84,7 +84,7 @@ fn flash_image_gives_the_host_s_bytes_for_both_profiles_and_from_dirty_memory() 
 }
 
 #[test]
-fn a_step_of_eight_thousand_particles_stays_below_eight_million_instructions() {
+fn f41_a_step_of_eight_thousand_particles_stays_below_eight_million_instructions() {
     let Some(image) = common::image() else { return };
     for profile in [Profile::Paper, Profile::Plus] {
         let options = QemuOptions {

@@ -186,6 +186,11 @@ impl Slot<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Config;
+    use crate::filter::{InverseParticleFilter, Profile};
+    use crate::geometry::Motion;
+    use crate::random::{Generator, uniform_below};
+    use crate::sensor::Sample;
 
     #[test]
     fn a_particle_takes_eight_bytes() {
@@ -228,6 +233,54 @@ mod tests {
         assert_ne!(drawn, empty);
         set.slots(2).last().unwrap().place(Point::new(0.0, 0.001));
         assert_ne!(set.digest(2), drawn);
+    }
+
+    /// Flips one bit of the set's memory.
+    fn flip<const N: usize>(set: &mut ParticleSet<N>, generator: &mut Generator) {
+        let slot = uniform_below(generator, N as u32) as usize;
+        let bit = uniform_below(generator, 16);
+        match uniform_below(generator, 8) {
+            0 | 1 => set.x[slot] ^= 1 << bit,
+            2 | 3 => set.y[slot] ^= 1 << bit,
+            4 | 5 => set.weight[slot] ^= 1 << bit,
+            6 => set.life[slot] ^= 1 << (bit % 8),
+            _ => set.view[slot] ^= 1 << (bit % 8),
+        }
+    }
+
+    #[test]
+    fn f54_flipped_bits_never_bring_a_particle_where_none_may_be() {
+        const N: usize = 400;
+        let mut generator = Generator::seeded(54);
+        for profile in [Profile::Paper, Profile::Plus] {
+            let config = Config::amiro(profile);
+            let model = config.model();
+            let mut set = ParticleSet::<N>::new();
+            let mut readings = [Sample::Counts(0); 8].map(|sample| model.photometry().read(sample));
+            readings[1] = model.photometry().read(Sample::Counts(110));
+            let motion = Motion {
+                displacement: Point::new(0.01, 0.0),
+                ..Motion::NONE
+            };
+            // 1000 steps with 50 flips before each, in each profile: 10^5 in all.
+            for step in 0..1000 {
+                let mut filter = InverseParticleFilter::over(&mut set, N, step);
+                let tally = filter.step(&model, &motion, &readings, |_, _| ());
+                let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.behind;
+                assert_eq!(outcomes, tally.live, "step {step}");
+                assert!(tally.live + tally.departed <= N as u32, "step {step}");
+                // One that was just drawn may lie beyond: it departs in the next step.
+                let farthest = filter
+                    .live()
+                    .filter(|(_, age)| *age > 0)
+                    .map(|(place, _)| place.norm())
+                    .fold(0.0, f32::max);
+                // Half a unit of storage each way.
+                let limit = model.parameters.local_radius_m + 0.000_02;
+                assert!(farthest <= limit, "step {step}: {farthest}");
+                (0..50).for_each(|_| flip(&mut set, &mut generator));
+            }
+        }
     }
 
     #[test]

@@ -55,6 +55,16 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         }
     }
 
+    /// A filter that goes on with whatever is in the set.
+    #[cfg(test)]
+    pub(super) fn over(particles: &'a mut ParticleSet<N>, active: usize, seed: u64) -> Self {
+        Self {
+            particles,
+            active: active.min(N),
+            rng: Generator::seeded(seed),
+        }
+    }
+
     /// Starts over with another number of slots and another seed.
     pub fn restart(&mut self, active: usize, seed: u64) {
         self.particles.clear();
@@ -268,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_room_has_no_surface_and_its_degenerate_set_is_redrawn() {
+    fn f52_an_empty_room_has_no_surface_and_its_degenerate_set_is_redrawn() {
         for profile in [Profile::Paper, Profile::Plus] {
             let mut set = ParticleSet::<N>::new();
             let mut filter = InverseParticleFilter::new(&mut set, N, 4);

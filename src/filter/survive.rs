@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn all_weights_zero_means_nobody_survives() {
+    fn f52_all_weights_zero_means_nobody_survives() {
         for rule in [SurvivalRule::Systematic, SurvivalRule::Bernoulli] {
             assert!(survivors(rule, &[0; 100], 3).iter().all(|&s| !s));
             assert!(survivors(rule, &[], 3).is_empty());

@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn halving_at_the_cap_keeps_the_ratio() {
+    fn f53_halving_at_the_cap_keeps_the_ratio() {
         let mut cell = counts(u16::MAX, 20_000);
         let before = cell.p_occ();
         cell.count(true);

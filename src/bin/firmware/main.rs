@@ -26,6 +26,8 @@ mod can;
 #[cfg(target_os = "none")]
 mod clock;
 #[cfg(target_os = "none")]
+mod clock_choice;
+#[cfg(target_os = "none")]
 mod i2c;
 #[cfg(target_os = "none")]
 mod link;

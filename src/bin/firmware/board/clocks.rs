@@ -5,6 +5,8 @@ use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
+use crate::clock_choice::{ClockUnit, choose};
+
 /// Full speed, hertz.
 pub(super) const CORE_HZ: u32 = 168_000_000;
 
@@ -21,48 +23,58 @@ const PATIENCE: u32 = 100_000;
 /// internal oscillator. The HAL's own start waits without bound; here crystal and
 /// PLL are started first, with bounds and with the very settings that the HAL
 /// computes, so that its loops end at once.
-pub(super) fn start(rcc: RCC) -> (Rcc, ClockSource) {
-    rcc.cr().modify(|_, w| w.hsion().set_bit());
-    if !patiently(|| rcc.cr().read().hsirdy().bit_is_set()) {
-        return (rcc.freeze(Config::hsi()), ClockSource::Unknown);
-    }
-    rcc.cfgr().modify(|_, w| w.sw().hsi());
-    patiently(|| rcc.cfgr().read().sws().is_hsi());
-    rcc.cr().modify(|_, w| w.pllon().clear_bit());
-    patiently(|| rcc.cr().read().pllrdy().bit_is_clear());
-    rcc.cr().modify(|_, w| w.hseon().set_bit());
-    if patiently(|| rcc.cr().read().hserdy().bit_is_set()) && lock_pll(&rcc, true) {
-        let config = Config::hse(CRYSTAL_HZ.Hz()).sysclk(CORE_HZ.Hz());
-        return (rcc.freeze(config), ClockSource::CrystalPll);
-    }
-    rcc.cr()
-        .modify(|_, w| w.hseon().clear_bit().pllon().clear_bit());
-    patiently(|| rcc.cr().read().pllrdy().bit_is_clear());
-    if lock_pll(&rcc, false) {
-        let config = Config::hsi().sysclk(CORE_HZ.Hz());
-        return (rcc.freeze(config), ClockSource::InternalPll);
-    }
-    rcc.cr().modify(|_, w| w.pllon().clear_bit());
-    (rcc.freeze(Config::hsi()), ClockSource::Internal)
+pub(super) fn start(mut rcc: RCC) -> (Rcc, ClockSource) {
+    let source = choose(&mut rcc);
+    let config = match source {
+        ClockSource::CrystalPll => Config::hse(CRYSTAL_HZ.Hz()).sysclk(CORE_HZ.Hz()),
+        ClockSource::InternalPll => Config::hsi().sysclk(CORE_HZ.Hz()),
+        ClockSource::Internal | ClockSource::Unknown | ClockSource::Host => Config::hsi(),
+    };
+    (rcc.freeze(config), source)
 }
 
-#[expect(unsafe_code, reason = "the register's fields take raw numbers")]
-/// Starts the PLL for 168 MHz: 2 MHz in (M), 336 MHz inside (N), half out (P), 48 MHz
-/// beside (Q). Whether it locked.
-fn lock_pll(rcc: &RCC, crystal: bool) -> bool {
-    let m = if crystal { 4 } else { 8 };
-    rcc.pllcfgr().write(|w| {
-        // SAFETY: M 2..=63, N 50..=432 and Q 2..=15 are the ranges of the reference
-        // manual (RM0090, 7.3.2), and these values lie inside.
-        unsafe {
-            w.pllm().bits(m);
-            w.plln().bits(168);
-            w.pllq().bits(7);
-        }
-        w.pllp().div2().pllsrc().bit(crystal)
-    });
-    rcc.cr().modify(|_, w| w.pllon().set_bit());
-    patiently(|| rcc.cr().read().pllrdy().bit_is_set())
+impl ClockUnit for RCC {
+    fn start_internal(&mut self) -> bool {
+        self.cr().modify(|_, w| w.hsion().set_bit());
+        patiently(|| self.cr().read().hsirdy().bit_is_set())
+    }
+
+    fn select_internal(&mut self) {
+        self.cfgr().modify(|_, w| w.sw().hsi());
+        patiently(|| self.cfgr().read().sws().is_hsi());
+    }
+
+    fn stop_pll(&mut self) {
+        self.cr().modify(|_, w| w.pllon().clear_bit());
+        patiently(|| self.cr().read().pllrdy().bit_is_clear());
+    }
+
+    fn start_crystal(&mut self) -> bool {
+        self.cr().modify(|_, w| w.hseon().set_bit());
+        patiently(|| self.cr().read().hserdy().bit_is_set())
+    }
+
+    fn stop_crystal(&mut self) {
+        self.cr().modify(|_, w| w.hseon().clear_bit());
+    }
+
+    #[expect(unsafe_code, reason = "the register's fields take raw numbers")]
+    /// 2 MHz in (M), 336 MHz inside (N), half out (P), 48 MHz beside (Q).
+    fn lock_pll(&mut self, on_crystal: bool) -> bool {
+        let m = if on_crystal { 4 } else { 8 };
+        self.pllcfgr().write(|w| {
+            // SAFETY: M 2..=63, N 50..=432 and Q 2..=15 are the ranges of the reference
+            // manual (RM0090, 7.3.2), and these values lie inside.
+            unsafe {
+                w.pllm().bits(m);
+                w.plln().bits(168);
+                w.pllq().bits(7);
+            }
+            w.pllp().div2().pllsrc().bit(on_crystal)
+        });
+        self.cr().modify(|_, w| w.pllon().set_bit());
+        patiently(|| self.cr().read().pllrdy().bit_is_set())
+    }
 }
 
 /// Polls until `ready`, at most [`PATIENCE`] times; whether it became ready.
