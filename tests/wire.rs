@@ -734,11 +734,12 @@ fn word(number: usize, name: &impl std::fmt::Debug) -> String {
     format!("{number} `{name}`")
 }
 
-const CAUSES: [Cause; 4] = [
+const CAUSES: [Cause; 5] = [
     Cause::Panic,
     Cause::Fault,
     Cause::StackOverflow,
     Cause::Watchdog,
+    Cause::Clock,
 ];
 const MODES: [Mode; 4] = [
     Mode::Normal,

@@ -30,6 +30,8 @@ pub enum Cause {
     StackOverflow,
     /// The watchdog was not fed: a task no longer ran.
     Watchdog,
+    /// The crystal stopped; the next life runs on the internal oscillator.
+    Clock,
 }
 
 /// The core's registers at a fault; zeros where they could not be read.
@@ -123,6 +125,7 @@ impl PostMortem {
             Cause::Fault => 1,
             Cause::StackOverflow => 2,
             Cause::Watchdog => 3,
+            Cause::Clock => 4,
         };
         let mut place = [0; PLACE_WORDS];
         for (word, bytes) in place.iter_mut().zip(self.place.as_bytes().chunks(4)) {
@@ -195,6 +198,7 @@ impl PostMortem {
             1 => Cause::Fault,
             2 => Cause::StackOverflow,
             3 => Cause::Watchdog,
+            4 => Cause::Clock,
             _ => return None,
         };
         let bytes = [p0, p1, p2, p3, p4, p5].map(u32::to_le_bytes);

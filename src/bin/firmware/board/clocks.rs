@@ -25,6 +25,10 @@ const PATIENCE: u32 = 100_000;
 /// computes, so that its loops end at once.
 pub(super) fn start(mut rcc: RCC) -> (Rcc, ClockSource) {
     let source = choose(&mut rcc);
+    if source == ClockSource::CrystalPll {
+        // Should the crystal stop later, the core goes on at 16 MHz and is told.
+        rcc.cr().modify(|_, w| w.csson().set_bit());
+    }
     let config = match source {
         ClockSource::CrystalPll => Config::hse(CRYSTAL_HZ.Hz()).sysclk(CORE_HZ.Hz()),
         ClockSource::InternalPll => Config::hsi().sysclk(CORE_HZ.Hz()),

@@ -1,4 +1,4 @@
-//! Where faults end: a record, and a reset.
+//! Where faults end, a crystal that stops among them: a record, and a reset.
 
 #![expect(
     unsafe_code,
@@ -12,7 +12,7 @@ use cortex_m::peripheral::SCB;
 
 use super::{last_words, stack};
 
-// Both handlers take a stack of their own before they do anything: after an overflow
+// All three take a stack of their own before they do anything: after an overflow
 // there is none left. They hand over the old one, and never return.
 global_asm!(
     ".section .uninit.EMERGENCY_STACK, \"aw\", %nobits",
@@ -22,19 +22,27 @@ global_asm!(
     ".section .text.HardFault, \"ax\", %progbits",
     ".global HardFault",
     ".global MemoryManagement",
+    ".global NonMaskableInt",
     ".type HardFault, %function",
     ".type MemoryManagement, %function",
+    ".type NonMaskableInt, %function",
     ".thumb_func",
     "HardFault:",
     ".thumb_func",
     "MemoryManagement:",
+    ".thumb_func",
+    "NonMaskableInt:",
     "mrs r0, msp",
+    "mrs r2, ipsr",
     "ldr r1, =emergency_stack_top",
     "msr msp, r1",
+    "mov r1, r2",
     "b end_in_fault",
     ".ltorg",
 );
 
+/// Number of the exception that the clock's guard raises, and nothing else here.
+const NON_MASKABLE: u32 = 2;
 /// Fault status: the frame of the exception could not be put on the stack.
 const UNSTACKED: u32 = 1 << 4 | 1 << 12;
 /// Fault status: the address of a memory management fault is valid.
@@ -44,7 +52,7 @@ const BUS_ADDRESS: u32 = 1 << 15;
 
 /// Writes down what can be known, and starts over.
 #[unsafe(no_mangle)]
-extern "C" fn end_in_fault(sp: u32) -> ! {
+extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
     let (cfsr, hfsr, memory, bus) = status();
     let address = if cfsr & MEMORY_ADDRESS != 0 {
         memory
@@ -56,7 +64,9 @@ extern "C" fn end_in_fault(sp: u32) -> ! {
     let overflowed = stack::is_guarded(sp)
         || (cfsr & MEMORY_ADDRESS != 0 && stack::is_guarded(memory))
         || cfsr & UNSTACKED != 0;
-    let cause = if overflowed {
+    let cause = if exception == NON_MASKABLE {
+        Cause::Clock
+    } else if overflowed {
         Cause::StackOverflow
     } else {
         Cause::Fault
