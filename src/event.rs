@@ -10,6 +10,7 @@ use crate::filter::Outcome;
 use crate::geometry::{Point, Pose};
 use crate::health::Health;
 use crate::sensor::{SENSORS, Sample};
+use crate::supervision::{PostMortem, Supervision};
 
 /// Particle events in one batch: as many as fill a frame.
 pub const BATCH: usize = 38;
@@ -47,6 +48,10 @@ pub enum Event {
     Health(Health),
     /// The sensors' offsets, after they were read, measured, or refused.
     Offsets(OffsetReport),
+    /// How the life before this one ended; the first thing after the boot message.
+    PostMortem(PostMortem),
+    /// How the image watches over itself, after a start and once a second.
+    Supervision(Supervision),
 }
 
 /// Who speaks.

@@ -28,11 +28,13 @@ pub enum Fault {
     NoSensor,
     /// Readings or odometry came over the link, but the board reads its own.
     NotTheSource,
+    /// The board is in its safe mode: it talks and does nothing else.
+    SafeMode,
 }
 
 impl Fault {
     /// Every fault, in the order of its code on the wire.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::StampBackward,
         Self::NotFinite,
         Self::NoPose,
@@ -44,6 +46,7 @@ impl Fault {
         Self::Implausible,
         Self::NoSensor,
         Self::NotTheSource,
+        Self::SafeMode,
     ];
 }
 
@@ -61,6 +64,7 @@ impl core::fmt::Display for Fault {
             Self::Implausible => "farther or faster than a robot can get",
             Self::NoSensor => "no sensor has anything to say",
             Self::NotTheSource => "the board reads its own sensors and odometry",
+            Self::SafeMode => "the board is in its safe mode",
         })
     }
 }

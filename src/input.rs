@@ -47,4 +47,10 @@ pub enum Input {
     /// Measure the sensors' offsets anew, with nothing near the robot. The board's to
     /// do: the node takes no notice.
     Calibrate,
+    /// Go on with fewer particles for each sensor, until the next configuration: what
+    /// a board decides whose steps take too long.
+    Limit {
+        /// How many; more than are configured changes nothing.
+        particles_per_sensor: u16,
+    },
 }

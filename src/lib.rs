@@ -100,6 +100,7 @@ pub mod sampling;
 pub mod seed;
 pub mod senses;
 pub mod sensor;
+pub mod supervision;
 pub mod wire;
 
 /// Whether this build has the feature `std`, and a host to use it on.

@@ -97,6 +97,9 @@ impl<'a, const N: usize> Node<'a, N> {
             }
             Input::Proximity { stamp_us, samples } => self.sample(stamp_us, samples, emit),
             Input::Tick { .. } => self.tick(emit),
+            Input::Limit {
+                particles_per_sensor,
+            } => self.limit(particles_per_sensor),
         };
         self.status.inputs = self.status.inputs.wrapping_add(1);
         if let Err(fault) = handled {
@@ -204,6 +207,16 @@ impl<'a, const N: usize> Node<'a, N> {
         if let StepRule::PerTick { .. } = self.config.step_rule {
             return self.step(&sampled, emit);
         }
+        Ok(())
+    }
+
+    fn limit(&mut self, particles_per_sensor: u16) -> Result<(), Fault> {
+        if particles_per_sensor == 0 {
+            return Err(Fault::BadParameter);
+        }
+        let sensors = self.config.sensors.len();
+        self.filter
+            .limit(usize::from(particles_per_sensor) * sensors);
         Ok(())
     }
 
@@ -608,6 +621,27 @@ mod tests {
         let first = run(&mut node);
         assert_eq!(first.len(), 20);
         assert_eq!(run(&mut node), first);
+    }
+
+    #[test]
+    fn a_limit_holds_until_the_next_configuration() {
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(0, 0.0, 0.0));
+        assert_eq!(node.filter().live().count(), 160);
+        let limit = |particles_per_sensor| Input::Limit {
+            particles_per_sensor,
+        };
+        assert_eq!(fed(&mut node, &[limit(5)]), "");
+        assert_eq!(node.filter().live().count(), 40);
+        fed(&mut node, &at(8_000, 0.0101, 0.0));
+        assert_eq!(node.filter().live().count(), 40);
+        assert_eq!(fed(&mut node, &[limit(20), limit(0)]), "!", "never more");
+        assert_eq!(node.filter().live().count(), 40);
+        fed(&mut node, &[Input::Configure(config())]);
+        fed(&mut node, &at(16_000, 0.0, 0.0));
+        assert_eq!(node.filter().live().count(), 160);
     }
 
     #[test]

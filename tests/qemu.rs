@@ -2,9 +2,6 @@
 
 mod common;
 
-use std::process::Command;
-use std::sync::OnceLock;
-
 use amiro_ipf::can::CanState;
 use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::driver::{OffsetOrigin, SensorState};
@@ -17,40 +14,6 @@ use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;
 use sim_harness::link::{Board, Comparison, Image, Layout, QemuOptions, build_image, drive};
 use sim_harness::run;
-
-/// The image, built once; `None`, said in one line, where it cannot be built or run.
-fn image() -> Option<&'static Image> {
-    static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
-    IMAGE
-        .get_or_init(|| {
-            if !Board::is_qemu_installed() {
-                common::skip("no QEMU (qemu-system-arm)");
-                return None;
-            }
-            if !is_target_installed() {
-                common::skip("no standard library for thumbv7em-none-eabihf");
-                return None;
-            }
-            let path = build_image(Layout::Bare).unwrap();
-            Some(Image::read(&path).unwrap())
-        })
-        .as_ref()
-}
-
-fn is_target_installed() -> bool {
-    Command::new("rustc")
-        .args([
-            "--print",
-            "target-libdir",
-            "--target",
-            "thumbv7em-none-eabihf",
-        ])
-        .output()
-        .is_ok_and(|output| {
-            let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-            std::path::Path::new(&folder).is_dir()
-        })
-}
 
 /// A wall on the left, driven along at 80 mm/s with the sensors at 125 Hz.
 fn inputs(samples: u64) -> Vec<Input> {
@@ -105,7 +68,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
 
 #[test]
 fn flash_image_gives_the_host_s_bytes_for_both_profiles_and_from_dirty_memory() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     for (profile, ram_fill) in [
         (Profile::Paper, None),
         (Profile::Paper, Some(0xa5)),
@@ -122,7 +85,7 @@ fn flash_image_gives_the_host_s_bytes_for_both_profiles_and_from_dirty_memory() 
 
 #[test]
 fn a_step_of_eight_thousand_particles_stays_below_eight_million_instructions() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     for profile in [Profile::Paper, Profile::Plus] {
         let options = QemuOptions {
             count_instructions: true,
@@ -139,7 +102,7 @@ fn a_step_of_eight_thousand_particles_stays_below_eight_million_instructions() {
 
 #[test]
 fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     let options = QemuOptions {
         count_instructions: true,
         ..QemuOptions::default()
@@ -173,7 +136,7 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
 
 #[test]
 fn twenty_runs_in_a_row_never_hang() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     let config = Config {
         particles_per_sensor: 100,
         ..Config::amiro(Profile::Paper)
@@ -186,7 +149,7 @@ fn twenty_runs_in_a_row_never_hang() {
 
 #[test]
 fn garbage_on_the_line_costs_only_the_frames_it_hits() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     let mut board = Board::in_qemu(image, &QemuOptions::default()).unwrap();
     board.greet().unwrap();
     let garbage: Vec<u8> = (0..5000_u32)
@@ -228,7 +191,7 @@ fn two_seconds_alone(board: &mut Board) -> (Vec<Status>, Vec<(u64, Health)>) {
 
 #[test]
 fn f22_without_buses_sensors_and_random_unit_each_is_named_within_a_second() {
-    let Some(image) = image() else { return };
+    let Some(image) = common::image() else { return };
     let options = QemuOptions {
         count_instructions: true,
         ..QemuOptions::default()

@@ -62,6 +62,11 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.rng = Generator::seeded(seed);
     }
 
+    /// Goes on with the first `active` slots, if that is fewer; the others die.
+    pub fn limit(&mut self, active: usize) {
+        self.active = active.min(self.active);
+    }
+
     /// Forgets every particle; the next step draws them anew. The generator goes on.
     pub fn forget(&mut self) {
         self.particles.clear();

@@ -42,6 +42,7 @@ pub struct Terminal<'a, const N: usize> {
     losses: Losses,
     broken_frames: u32,
     calibration_wanted: bool,
+    is_safe: bool,
 }
 
 impl<'a, const N: usize> Terminal<'a, N> {
@@ -55,7 +56,13 @@ impl<'a, const N: usize> Terminal<'a, N> {
             losses: Losses::new(),
             broken_frames: 0,
             calibration_wanted: false,
+            is_safe: false,
         }
+    }
+
+    /// From now on only greetings are answered, and everything else is refused.
+    pub fn enter_safe_mode(&mut self) {
+        self.is_safe = true;
     }
 
     /// Whether a host has asked for new offsets since the last call.
@@ -118,7 +125,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
     /// Its readings and odometry are left out unless the configuration names the board
     /// as their source.
     pub fn inject(&mut self, input: &Input, send: &mut impl FnMut(&[u8], Importance)) {
-        if is_measured(input) && self.node.config().source != Source::Board {
+        if self.is_safe || is_measured(input) && self.node.config().source != Source::Board {
             return;
         }
         send(
@@ -153,6 +160,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
         };
         match input {
             Input::Hello => self.introduce(send),
+            _ if self.is_safe => return Err(Fault::SafeMode),
             Input::Calibrate => self.calibration_wanted = true,
             _ if is_measured(input) && self.node.config().source != Source::Link => {
                 return Err(Fault::NotTheSource);

@@ -8,6 +8,10 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::process::Command;
+use std::sync::OnceLock;
+
+use sim_harness::link::{Board, Image, Layout, build_image};
 
 /// Says in one line, past the test runner's capture, why a test did not run.
 ///
@@ -33,4 +37,38 @@ pub(crate) fn recordings() -> Option<PathBuf> {
         PathBuf::from,
     );
     folder.join("amiro").is_dir().then_some(folder)
+}
+
+/// The image, built once; `None`, said in one line, where it cannot be built or run.
+pub(crate) fn image() -> Option<&'static Image> {
+    static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
+    IMAGE
+        .get_or_init(|| {
+            if !Board::is_qemu_installed() {
+                skip("no QEMU (qemu-system-arm)");
+                return None;
+            }
+            if !is_target_installed() {
+                skip("no standard library for thumbv7em-none-eabihf");
+                return None;
+            }
+            let path = build_image(Layout::Bare).unwrap();
+            Some(Image::read(&path).unwrap())
+        })
+        .as_ref()
+}
+
+fn is_target_installed() -> bool {
+    Command::new("rustc")
+        .args([
+            "--print",
+            "target-libdir",
+            "--target",
+            "thumbv7em-none-eabihf",
+        ])
+        .output()
+        .is_ok_and(|output| {
+            let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+            std::path::Path::new(&folder).is_dir()
+        })
 }

@@ -185,6 +185,7 @@ impl Replay {
         let options = QemuOptions {
             count_instructions: self.count_instructions,
             ram_fill: self.ram_fill,
+            ..QemuOptions::default()
         };
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;

@@ -62,7 +62,9 @@ fn is_compared(event: &Event) -> Option<&'static str> {
         | Event::Answer { .. }
         | Event::Status(_)
         | Event::Health(_)
-        | Event::Offsets(_) => None,
+        | Event::Offsets(_)
+        | Event::PostMortem(_)
+        | Event::Supervision(_) => None,
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use amiro_ipf::checksum::CRC;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
@@ -129,6 +130,10 @@ pub struct Image {
     ram_end_of_statics: u64,
     heap_symbols: Vec<String>,
     flash: Vec<u8>,
+    /// Address of the mark by which the image knows itself whole.
+    mark: Option<u64>,
+    /// Names and addresses.
+    symbols: Vec<(String, u64)>,
 }
 
 #[derive(Clone, Debug)]
@@ -185,6 +190,13 @@ impl Image {
             ram_end_of_statics,
             heap_symbols,
             flash: flash_bytes(&file, &bytes),
+            mark: file
+                .symbol_by_name("IMAGE_MARK")
+                .map(|symbol| symbol.address()),
+            symbols: file
+                .symbols()
+                .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address())))
+                .collect(),
             sections,
         })
     }
@@ -195,11 +207,13 @@ impl Image {
         &self.flash
     }
 
-    /// The bytes to flash for a layout: with the word over the vectors that AMiRo's boot
-    /// loader asks for, so that an image flashed by a probe starts too.
+    /// The bytes to flash for a layout, with what only the finished image can tell: the
+    /// mark by which the image knows itself whole, and the word over the vectors that
+    /// AMiRo's boot loader asks for, so that an image flashed by a probe starts too.
     ///
     /// The word is the two's complement of the sum of the first seven vectors: all
-    /// eight words then sum to zero.
+    /// eight words then sum to zero. The mark is the image's length and the CRC over all
+    /// of it with the mark's own eight bytes erased.
     #[must_use]
     pub fn flashable(&self, layout: Layout) -> Vec<u8> {
         let mut flash = self.flash.clone();
@@ -207,12 +221,28 @@ impl Image {
             let sum = words(&flash)
                 .take(CHECKED_VECTORS)
                 .fold(0_u32, u32::wrapping_add);
-            let at = CHECKSUM_OFFSET as usize;
-            if let Some(place) = flash.get_mut(at..at + 4) {
-                place.copy_from_slice(&sum.wrapping_neg().to_le_bytes());
-            }
+            put(
+                &mut flash,
+                CHECKSUM_OFFSET,
+                &sum.wrapping_neg().to_le_bytes(),
+            );
+        }
+        if let Some(mark) = self.mark {
+            let offset = mark - layout.start();
+            put(&mut flash, offset, &[0xff; 8]);
+            let length = (flash.len() as u32).to_le_bytes();
+            let checksum = CRC.checksum(&flash).to_le_bytes();
+            put(&mut flash, offset, &[length, checksum].concat());
         }
         flash
+    }
+
+    /// Address of the first symbol of the image, by its mangled name, that is `wanted`.
+    pub fn address_of(&self, wanted: impl Fn(&str) -> bool) -> Option<u64> {
+        self.symbols
+            .iter()
+            .find(|(name, _)| wanted(name))
+            .map(|(_, address)| *address)
     }
 
     fn section(&self, name: &str) -> Option<&Section> {
@@ -270,6 +300,11 @@ impl Image {
             reset % 2 == 1 && (layout.text_start()..layout.text_start() + text).contains(&reset),
             format!("the reset vector {reset:#010x} does not point into the code"),
         );
+        let flash = layout.start()..layout.start() + self.flash.len() as u64;
+        check(
+            self.mark.is_some_and(|mark| flash.contains(&mark)),
+            "there is no place for the mark of a whole image".to_owned(),
+        );
         check(
             self.heap_symbols.is_empty(),
             format!("there is a heap: {:?}", self.heap_symbols),
@@ -293,6 +328,14 @@ impl Image {
             }
         }
         problems
+    }
+}
+
+/// Overwrites bytes from an offset on; what lies beyond the image is left out.
+fn put(flash: &mut [u8], offset: u64, bytes: &[u8]) {
+    let places = flash.iter_mut().skip(offset as usize);
+    for (place, byte) in places.zip(bytes) {
+        *place = *byte;
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::{Board, Image, LinkError};
+use super::{Board, Image, Layout, LinkError};
 
 /// QEMU's name for a board with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
@@ -22,8 +22,12 @@ const RAM_SIZE: usize = 128 * 1024;
 pub struct QemuOptions {
     /// Count one instruction a nanosecond, so that cycle figures are instructions.
     pub count_instructions: bool,
-    /// Fill the RAM with this byte before the reset, as silicon's is never zero.
+    /// Fill the RAM with this byte before every reset, as silicon's is never zero.
     pub ram_fill: Option<u8>,
+    /// Flash the image with the lowest bit of this byte flipped.
+    pub flipped: Option<usize>,
+    /// Listen on this Unix socket for a debugger.
+    pub debugger: Option<PathBuf>,
 }
 
 impl Board {
@@ -34,7 +38,11 @@ impl Board {
     pub fn in_qemu(image: &Image, options: &QemuOptions) -> Result<Self, LinkError> {
         // As bytes, not as an ELF file: QEMU would clear the statics, which silicon
         // leaves to the start code.
-        let flash = ScratchFile::write("flash", image.flash())?;
+        let mut flash = image.flashable(Layout::Bare);
+        if let Some(byte) = options.flipped.and_then(|byte| flash.get_mut(byte)) {
+            *byte ^= 1;
+        }
+        let flash = ScratchFile::write("flash", &flash)?;
         let mut command = Command::new(PROGRAM);
         command
             .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
@@ -47,6 +55,15 @@ impl Board {
             .stderr(Stdio::null());
         if options.count_instructions {
             command.args(["-icount", "shift=0"]);
+        }
+        if let Some(socket) = &options.debugger {
+            let socket = socket.display();
+            command
+                .arg("-chardev")
+                .arg(format!(
+                    "socket,id=debugger,path={socket},server=on,wait=off"
+                ))
+                .args(["-gdb", "chardev:debugger"]);
         }
         let ram = match options.ram_fill {
             Some(byte) => Some(ScratchFile::write("ram", &vec![byte; RAM_SIZE])?),

@@ -51,6 +51,11 @@ impl Draft {
         let (kind, stamp_us) = match input {
             Input::Hello | Input::Calibrate => return ControlFlow::Continue(()),
             Input::Configure(config) => return self.take_config(place, config),
+            Input::Limit { .. } => {
+                self.make_room(place)?;
+                self.recording.inputs.push(input);
+                return ControlFlow::Continue(());
+            }
             Input::Proximity { stamp_us, .. } => (0, stamp_us),
             Input::Odometry { stamp_us, .. } => (1, stamp_us),
             Input::Wheels { stamp_us, .. } => (2, stamp_us),

@@ -5,11 +5,13 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use amiro_ipf::supervision::Task;
 use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
-use stm32f4xx_hal::pac::{Interrupt, USART2};
+use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 
 use crate::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
+use crate::watch::ROLL;
 
 /// Received bytes lost for want of room or to line errors.
 static LOST: AtomicU32 = AtomicU32::new(0);
@@ -134,6 +136,13 @@ impl Line {
     }
 }
 
+/// Takes the byte that the programming port has received.
+pub(crate) fn take_byte(port: &USART1) -> u8 {
+    // Reading the data register after the status clears the error flags.
+    port.sr().read();
+    port.dr().read().dr().bits() as u8
+}
+
 /// Received bytes, for `think`.
 pub(crate) struct Inbox {
     receiving: Consumer<'static, u8>,
@@ -171,6 +180,8 @@ impl Outbox {
         if !queued {
             self.dropped = self.dropped.wrapping_add(1);
         }
+        // A long step lives as long as it says something.
+        ROLL.report(Task::Think);
         rtic::pend(Interrupt::USART2);
     }
 

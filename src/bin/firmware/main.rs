@@ -5,8 +5,9 @@
 //! | `bytes` | 4 | USART2 | moves bytes between line and queues | 5 us a byte at 2 Mbaud: the byte is lost and counted |
 //! | `bus_one`, `bus_two` and their `_error` | 3 | I2C1, I2C2 | one event of the sensors' buses | 0.4 ms: the transaction is overdue, the bus is freed |
 //! | `frames` | 3 | CAN1_RX0 | takes the frames of the robot's bus | three frames, 0.15 ms: the newest stays, the loss is counted |
+//! | `programming` | 3 | USART1, behind AMiRo's boot loader | listens for its flashing tool | 87 us a byte at 115 200 baud: the call is missed, and sent again |
 //! | `patrol` | 2 | monotonic, 2 kHz | deadlines, rounds of the sensors, frames to send | the next patrol keeps its time |
-//! | `beat` | 2 | monotonic, 8 Hz | LED, calls for a status and the own tick | the next beat keeps its time |
+//! | `beat` | 2 | monotonic, 8 Hz | LED, calls for a status and the own tick, feeds the watchdog | the next beat keeps its time; 340 ms: a reset |
 //! | `think` | 1 | received bytes, readings, beats | the portable program, steps included | a beat later: counted as overrun |
 //!
 //! Interrupts move bytes; `think` thinks. One step runs at a time and is never
@@ -34,6 +35,8 @@ mod panic;
 mod program;
 #[cfg(target_os = "none")]
 mod sampler;
+#[cfg(target_os = "none")]
+mod watch;
 
 #[cfg(not(target_os = "none"))]
 mod host;
@@ -48,15 +51,17 @@ fn main() {
 mod app {
     use amiro_ipf::driver::Bus;
     use amiro_ipf::filter::ParticleSet;
+    use amiro_ipf::supervision::{ProgrammingPort, Task};
     use rtic_monotonics::systick::prelude::*;
-    use stm32f4xx_hal::pac::Interrupt;
+    use stm32f4xx_hal::pac::{Interrupt, USART1};
 
-    use crate::board::{Board, Led};
+    use crate::board::{Board, Led, Watchdog};
     use crate::budget::CAPACITY;
     use crate::clock::{BEATS, Microseconds, Mono};
     use crate::link::{Line, Queues};
     use crate::program::Program;
     use crate::sampler::{Reports, Sampler};
+    use crate::watch::ROLL;
 
     #[shared]
     struct Shared {
@@ -68,6 +73,8 @@ mod app {
         line: Line,
         program: Program,
         led: Led,
+        watchdog: Watchdog,
+        port: Option<USART1>,
     }
 
     #[init(local = [
@@ -76,23 +83,31 @@ mod app {
         reports: Reports = Reports::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let board = Board::start(cx.device, cx.core.SYST);
+        let board = Board::start(cx.device, cx.core);
+        let boot = board.introduction.boot;
+        defmt::info!("up: {}", boot);
         let (line, inbox, outbox) = cx.local.queues.split(board.usart);
-        let boot = (board.boot, board.boot_id);
         let (report, reported) = cx.local.reports.split();
-        let (seed, seed_source) = board.seed;
-        let clock = Microseconds::new(board.boot.core_hz);
-        let (one, two, can) = (board.bus_one, board.bus_two, board.can);
-        let sampler = Sampler::new(one, two, can, seed_source, clock, report);
-        let ends = (inbox, outbox);
-        let program = Program::start(cx.local.particles, boot, seed, reported, ends);
-        defmt::info!("up: {}", board.boot);
+        let clock = Microseconds::new(boot.core_hz);
+        let sampler = Sampler::new(board.senses, clock, report);
+        let ends = (reported, inbox, outbox);
+        let program = Program::start(cx.local.particles, board.introduction, ends);
+        let (led, port) = (board.led, board.programming_port);
+        let mut watchdog = board.watchdog;
         // The first spawn of a task cannot fail.
         beat::spawn().ok();
         patrol::spawn().ok();
         rtic::pend(Interrupt::USART2);
-        let led = board.led;
-        (Shared { sampler }, Local { line, program, led })
+        watchdog.start();
+        board.start_line.release();
+        let local = Local {
+            line,
+            program,
+            led,
+            watchdog,
+            port,
+        };
+        (Shared { sampler }, local)
     }
 
     /// Sleeps until the next interrupt.
@@ -147,18 +162,34 @@ mod app {
         let mut next = Mono::now();
         loop {
             cx.shared.sampler.lock(Sampler::patrol);
+            ROLL.report(Task::Patrol);
             next += 500.micros();
             Mono::delay_until(next).await;
         }
     }
 
-    /// Shows life and calls for a status, eight times a second.
-    #[task(priority = 2, local = [led])]
+    /// Listens for the call of AMiRo's flashing tool, and starts over into the boot
+    /// loader when it comes.
+    #[task(binds = USART1, priority = 3, local = [port, call: ProgrammingPort = ProgrammingPort::new()])]
+    fn programming(cx: programming::Context) {
+        let Some(port) = cx.local.port else { return };
+        if cx.local.call.hears(crate::link::take_byte(port)) {
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+    }
+
+    /// Shows life, calls for a status and feeds the watchdog if all tasks live, eight
+    /// times a second.
+    #[task(priority = 2, local = [led, watchdog])]
     async fn beat(cx: beat::Context) {
         let mut next = Mono::now();
         loop {
             cx.local.led.toggle();
             BEATS.count();
+            ROLL.report(Task::Beat);
+            if ROLL.call() {
+                cx.local.watchdog.feed();
+            }
             rtic::pend(Interrupt::TIM8_UP_TIM13);
             next += 125.millis();
             Mono::delay_until(next).await;

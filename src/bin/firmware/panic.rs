@@ -1,15 +1,25 @@
-//! The last resort: say where, start over.
+//! The last resort: write down where, start over.
 
 use core::panic::PanicInfo;
 
+use amiro_ipf::supervision::Cause;
 use defmt_rtt as _;
 
-/// Logs the place and resets: a robot must not stand dead on the floor.
+use crate::board;
+
+/// Keeps the place for the next life and resets: a robot must not stand dead on the
+/// floor.
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    match info.location() {
-        Some(location) => defmt::error!("panic at {}:{}", location.file(), location.line()),
-        None => defmt::error!("panic"),
-    }
+    cortex_m::interrupt::disable();
+    let record = board::record_of(Cause::Panic);
+    let record = match info.location() {
+        Some(location) => {
+            defmt::error!("panic at {}:{}", location.file(), location.line());
+            record.at(location.file(), location.line())
+        }
+        None => record,
+    };
+    board::keep(&record);
     cortex_m::peripheral::SCB::sys_reset()
 }

@@ -1,16 +1,25 @@
 //! What `think` does: beats and received bytes in, frames out.
 
 use amiro_ipf::config::{Config, Source};
-use amiro_ipf::event::{BoardStatus, Boot, Event, Status};
+use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
+use amiro_ipf::supervision::{LoadGuard, Mode, Supervision, Task};
 use amiro_ipf::wire::Terminal;
 
+use crate::board::{self, Introduction, Loader};
 use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
 use crate::link::{Inbox, Outbox};
 use crate::sampler::{Report, Reported, want_calibration};
+use crate::watch::{ROLL, is_shutdown_wanted};
+
+/// Beats between two looks at the stack: a second.
+const SUPERVISED_EVERY: u32 = 8;
+
+/// How long a step may take, microseconds: four fifths of a beat.
+const STEP_BUDGET_US: u64 = 100_000;
 
 /// The portable program between its queues.
 pub(crate) struct Program {
@@ -19,42 +28,84 @@ pub(crate) struct Program {
     inbox: Inbox,
     outbox: Outbox,
     cycles: CycleCounter,
+    cycles_per_us: u32,
     steps_seen: u32,
     status: BoardStatus,
+    supervision: Supervision,
+    load: LoadGuard,
+    loader: Option<Loader>,
+    beats: u32,
 }
 
 impl Program {
-    /// A program that has introduced itself and begun with the robot's own senses.
+    /// A program that has introduced itself and, unless something keeps it from that,
+    /// begun with the robot's own senses.
     pub(crate) fn start(
         particles: &'static mut ParticleSet<CAPACITY>,
-        (boot, boot_id): (Boot, u8),
-        seed: u64,
-        reported: Reported,
-        (inbox, mut outbox): (Inbox, Outbox),
+        introduction: Introduction,
+        (reported, inbox, outbox): (Reported, Inbox, Outbox),
     ) -> Self {
-        let mut terminal = Terminal::new(Node::new(particles), boot, boot_id);
-        let own = Config {
+        let Introduction {
+            boot,
+            boot_id,
             seed,
-            source: Source::Board,
-            ..Config::default()
-        };
-        let mut send = |frame: &[u8], importance| outbox.send(frame, importance);
-        terminal.introduce(&mut send);
-        terminal.inject(&Input::Configure(own), &mut send);
-        Self {
-            terminal,
+            post_mortem,
+            supervision,
+            loader,
+        } = introduction;
+        let mut program = Self {
+            terminal: Terminal::new(Node::new(particles), boot, boot_id),
             reported,
             inbox,
             outbox,
             cycles: CycleCounter::new(boot.core_hz),
+            cycles_per_us: boot.core_hz / 1_000_000,
             steps_seen: 0,
             status: BoardStatus::default(),
+            supervision,
+            load: LoadGuard::new(STEP_BUDGET_US),
+            loader,
+            beats: 0,
+        };
+        let Self {
+            terminal, outbox, ..
+        } = &mut program;
+        terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
+        if let Some(post_mortem) = post_mortem {
+            program.tell(&Event::PostMortem(post_mortem));
         }
+        program.tell(&Event::Supervision(supervision));
+        if supervision.mode == Mode::Normal {
+            program.inject(&Input::Configure(Config {
+                seed,
+                source: Source::Board,
+                ..Config::default()
+            }));
+        } else {
+            program.terminal.enter_safe_mode();
+        }
+        program
+    }
+
+    fn tell(&mut self, event: &Event) {
+        let outbox = &mut self.outbox;
+        self.terminal.tell(event, &mut |frame, importance| {
+            outbox.send(frame, importance)
+        });
+    }
+
+    fn inject(&mut self, input: &Input) {
+        self.timed(|terminal, outbox| {
+            terminal.inject(input, &mut |frame, importance| {
+                outbox.send(frame, importance);
+            });
+        });
     }
 
     /// Attends to beats, to one report and to one input, until there is none of them.
     pub(crate) fn think(&mut self) {
         loop {
+            ROLL.report(Task::Think);
             self.attend_to_beats();
             let reported = self.attend_to_report();
             if !self.attend_to_input() && !reported {
@@ -71,14 +122,11 @@ impl Program {
         let Some(report) = self.reported.dequeue() else {
             return false;
         };
-        self.timed(|terminal, outbox| {
-            let mut send = |frame: &[u8], importance| outbox.send(frame, importance);
-            match report {
-                Report::Input(input) => terminal.inject(&input, &mut send),
-                Report::Health(health) => terminal.tell(&Event::Health(health), &mut send),
-                Report::Offsets(offsets) => terminal.tell(&Event::Offsets(offsets), &mut send),
-            }
-        });
+        match report {
+            Report::Input(input) => self.inject(&input),
+            Report::Health(health) => self.tell(&Event::Health(health)),
+            Report::Offsets(offsets) => self.tell(&Event::Offsets(offsets)),
+        }
         true
     }
 
@@ -92,12 +140,10 @@ impl Program {
         if self.terminal.node().status().own_ticks {
             self.status.overruns = self.status.overruns.wrapping_add(beats - 1);
             let stamp_us = self.status.uptime_ms * 1000;
-            self.timed(|terminal, outbox| {
-                terminal.inject(&Input::Tick { stamp_us }, &mut |frame, importance| {
-                    outbox.send(frame, importance);
-                });
-            });
+            self.inject(&Input::Tick { stamp_us });
         }
+        board::live_on(self.status.uptime_ms, self.steps_seen);
+        self.supervise();
         self.status.dropped_frames = self.outbox.dropped();
         self.status.broken_frames = self.terminal.broken_frames();
         self.status.lost_bytes = self.inbox.lost();
@@ -109,6 +155,43 @@ impl Program {
         self.terminal.report(status, &mut |frame, importance| {
             outbox.send(frame, importance)
         });
+    }
+
+    /// After a beat: what the board says of itself, once a second and when it is to be
+    /// switched off.
+    fn supervise(&mut self) {
+        self.beats = self.beats.wrapping_add(1);
+        if self.supervision.mode == Mode::ShuttingDown {
+            // It was said a beat ago and is on its way.
+            if let Some(loader) = self.loader {
+                loader.shut_down();
+            }
+        } else if is_shutdown_wanted() {
+            self.supervision.mode = Mode::ShuttingDown;
+            self.tell(&Event::Supervision(self.supervision));
+        }
+        if self.beats.is_multiple_of(SUPERVISED_EVERY) {
+            self.supervision.stack_unused = board::unused_stack();
+            self.tell(&Event::Supervision(self.supervision));
+        }
+    }
+
+    /// Lowers the number of particles if a step of the robot's own took too long. A
+    /// host's inputs are never thinned out: it waits for its answers.
+    fn mind_the_load(&mut self, cycles: u32) {
+        let node = self.terminal.node();
+        let is_own = node.config().source == Source::Board || node.status().own_ticks;
+        let configured = node.config().particles_per_sensor;
+        let step_us = u64::from(cycles / self.cycles_per_us.max(1));
+        if is_own && let Some(particles_per_sensor) = self.load.took(step_us, configured) {
+            let limit = Input::Limit {
+                particles_per_sensor,
+            };
+            let outbox = &mut self.outbox;
+            self.terminal.inject(&limit, &mut |frame, importance| {
+                outbox.send(frame, importance);
+            });
+        }
     }
 
     /// Takes bytes up to the end of a frame, or a queue full of garbage, so that a
@@ -153,11 +236,13 @@ impl Program {
             let most = if steps > self.steps_seen {
                 self.status.step_cycles_max
             } else {
+                self.load.start_over();
                 0
             };
             self.status.step_cycles = cycles;
             self.status.step_cycles_max = most.max(cycles);
             self.steps_seen = steps;
+            self.mind_the_load(cycles);
         }
         result
     }

@@ -12,10 +12,11 @@ use amiro_ipf::senses::{Heard, Senses};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 
-use crate::board::{BusOne, BusTwo, Can};
+use crate::board::{BusOne, BusTwo, Can, SenseUnits, ShutdownLine};
 use crate::budget::REPORT_QUEUE;
 use crate::clock::Microseconds;
 use crate::i2c::{Master, Progress, Registers};
+use crate::watch::want_shutdown;
 
 /// Patrols between two reports of health: 8 Hz at 2 kHz.
 const HEALTH_EVERY: u32 = 250;
@@ -51,6 +52,7 @@ pub struct Sampler {
     two: BusTwo,
     can: Can,
     seed: SeedSource,
+    shutdown_line: ShutdownLine,
     clock: Microseconds,
     reports: Producer<'static, Report>,
     patrols: u32,
@@ -59,19 +61,17 @@ pub struct Sampler {
 impl Sampler {
     /// A sampler that has asked nothing yet.
     pub(crate) fn new(
-        one: BusOne,
-        two: BusTwo,
-        can: Can,
-        seed: SeedSource,
+        units: SenseUnits,
         clock: Microseconds,
         reports: Producer<'static, Report>,
     ) -> Self {
         Self {
             senses: Senses::new(),
-            one,
-            two,
-            can,
-            seed,
+            one: units.one,
+            two: units.two,
+            can: units.can,
+            seed: units.seed,
+            shutdown_line: units.shutdown_line,
             clock,
             reports,
             patrols: 0,
@@ -116,7 +116,8 @@ impl Sampler {
         for frame in self.can.receive() {
             match self.senses.take_frame(now_us, &frame) {
                 Heard::Input(input) => self.report(Report::Input(input)),
-                Heard::Shutdown | Heard::Nothing => {}
+                Heard::Shutdown => want_shutdown(),
+                Heard::Nothing => {}
             }
         }
     }
@@ -130,6 +131,9 @@ impl Sampler {
         let progress = self.two.patrol(now_us);
         go_on(&mut self.senses, &mut self.two, Bus::I2c2, progress, now_us);
         self.can.patrol(now_us);
+        if self.shutdown_line.is_pulled() {
+            want_shutdown();
+        }
         if self.can.health().state == CanState::On
             && let Some(frame) = self.senses.frame_due(now_us)
         {

@@ -1,0 +1,74 @@
+//! The stack: its guard, and how much of it was ever used.
+
+#![expect(unsafe_code, reason = "nobody but the linker knows where the stack is")]
+
+use cortex_m::peripheral::{MPU, SCB};
+
+/// Bytes of the guard below the stack: a power of two, as the protection unit wants it.
+/// A function with a larger frame than this could step over it; the largest in the
+/// image is the start's, before there is a guard.
+const GUARD: u32 = 1024;
+
+/// What the start code paints the stack with.
+const PAINT: u32 = 0xcccc_cccc;
+
+unsafe extern "C" {
+    /// The end of the statics, from the linker script.
+    static _stack_end: u32;
+    /// The top of the stack, from the linker script.
+    static _stack_start: u32;
+}
+
+/// Addresses of the guard's first byte and of the stack's last one above it.
+fn guard() -> (u32, u32) {
+    let end = (&raw const _stack_end).addr() as u32;
+    let start = end.next_multiple_of(GUARD);
+    (start, start + GUARD)
+}
+
+/// Whether an address lies in the guard.
+pub(super) fn is_guarded(address: u32) -> bool {
+    let (start, end) = guard();
+    (start..end).contains(&address)
+}
+
+/// Whether the 32 bytes of an exception's frame can be read at an address.
+pub(super) fn is_frame(address: u32) -> bool {
+    let (_, bottom) = guard();
+    let top = (&raw const _stack_start).addr() as u32;
+    address.is_multiple_of(4) && (bottom..=top.saturating_sub(32)).contains(&address)
+}
+
+/// Lets every access to the guard end in a fault, and that fault in a handler.
+pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
+    // Size as a power of two less one, no access, nothing executed, on.
+    const REGION: u32 = 1 << 28 | (GUARD.ilog2() - 1) << 1 | 1;
+    // The default map for everything else, on; off in the hard fault handler.
+    const CONTROL: u32 = 1 << 2 | 1;
+    // SAFETY: the region lies between the statics and the stack, where nothing is; the
+    // numbers are those of the architecture's manual (ARMv7-M, B3.5).
+    unsafe {
+        mpu.rnr.write(0);
+        mpu.rbar.write(guard().0);
+        mpu.rasr.write(REGION);
+        mpu.ctrl.write(CONTROL);
+    }
+    scb.enable(cortex_m::peripheral::scb::Exception::MemoryManagement);
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+/// Bytes above the guard that were never used. Looks at each of them: 1 ms at most.
+pub(crate) fn unused() -> u32 {
+    let (_, bottom) = guard();
+    let top = (&raw const _stack_start).addr() as u32;
+    let is_painted = |address: &u32| {
+        // SAFETY: an aligned word of the RAM between the guard and the stack's top,
+        // which nobody writes but the program on its own stack; whatever it holds is a
+        // number.
+        let word =
+            unsafe { core::ptr::with_exposed_provenance::<u32>(*address as usize).read_volatile() };
+        word == PAINT
+    };
+    (bottom..top).step_by(4).take_while(is_painted).count() as u32 * 4
+}
