@@ -208,7 +208,7 @@ fn f68_repeated_and_reordered_frames_change_no_event() {
         let mut came = Vec::new();
         let mut arrive = |event: &Event| came.push(event.clone());
         clean.clear();
-        run(&config, &inputs(100), |event| {
+        run(&config, &inputs(400), |event| {
             clean.push(event.clone());
             line.send(event, &mut arrive);
         })
@@ -401,11 +401,11 @@ fn robot_config() -> Config {
 fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_frame() {
     for (faults, bytes_a_row) in [
         ("ok", 100_000),
-        ("ok", 400),
+        ("ok", 110),
         ("ok", 60),
-        ("ber:1e-4", 400),
+        ("ber:1e-4", 110),
         ("drop:1e-3x20", 60),
-        ("lose:0.5", 400),
+        ("lose:0.5", 110),
     ] {
         let place = format!("{faults}, {bytes_a_row} bytes a row");
         let mut line = LossyLine::new(&faults.parse().unwrap(), 65);
@@ -872,7 +872,15 @@ fn f62_f66_a_flood_of_garbage_delays_no_status_of_the_board() {
     let Some(image) = common::image() else { return };
     let mut board = Board::in_qemu(image, &counting()).unwrap();
     board.greet().unwrap();
-    drive(&mut board, &own_clock(), |_| (), |_, _| ()).unwrap();
+    drive(
+        &mut board,
+        &own_clock(),
+        |_| (),
+        |input, refused| {
+            assert_eq!(refused, None, "input {input}");
+        },
+    )
+    .unwrap();
     let mut random = Generator::seeded(66);
     let mut before = next_status(&mut board);
     let first = before;
@@ -916,7 +924,15 @@ fn f64_a_host_that_was_away_for_a_minute_finds_a_status_within_an_eighth_of_a_se
     };
     let mut board = Board::in_qemu(image, &options).unwrap();
     board.greet().unwrap();
-    drive(&mut board, &own_clock(), |_| (), |_, _| ()).unwrap();
+    drive(
+        &mut board,
+        &own_clock(),
+        |_| (),
+        |input, refused| {
+            assert_eq!(refused, None, "input {input}");
+        },
+    )
+    .unwrap();
     let left = next_status(&mut board);
     let minute = left.board.uptime_ms + 60_000;
     board.hang_up();
