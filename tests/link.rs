@@ -7,11 +7,13 @@
 use std::time::{Duration, Instant};
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::config::Config;
+use amiro_ipf::config::{Config, Source};
+use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, STORE_BYTES};
 use amiro_ipf::event::{BoardStatus, Boot, ClockSource, Event, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::health::Health;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};
@@ -19,7 +21,11 @@ use amiro_ipf::sensor::Sample;
 use amiro_ipf::wire::{
     Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WINDOW, WIRE_VERSION,
 };
-use sim_harness::link::{Board, Comparison, LinkError, Verdict, drive};
+use sim_harness::bus::RobotBuses;
+use sim_harness::link::{
+    Board, Comparison, LinkError, Verdict, drive, measure_offsets, offsets_in_words, record,
+};
+use sim_harness::log::read_from;
 use sim_harness::run;
 
 /// Steps of [`inputs`]: one at the start and one per 10 mm.
@@ -437,6 +443,192 @@ fn greetings_and_status_do_not_disturb_a_comparison() {
     inputs.insert(20, Input::Hello);
     let verdict = verdict_of(&inputs, |_| true);
     assert!(verdict.equal, "{verdict}");
+}
+
+/// Raw counts of a robot's sensors on a table, as published.
+const TABLE: [u16; 8] = [2469, 2412, 2381, 2491, 2488, 2449, 2413, 2320];
+
+/// A robot on that table; its memory is AMiRo's and holds offsets that are 20 less.
+fn robot() -> RobotBuses {
+    let mut buses = RobotBuses::default();
+    for (sensor, raw) in TABLE.into_iter().enumerate() {
+        buses.set_signal(sensor, raw);
+    }
+    let stored = Offsets {
+        counts: TABLE.map(|raw| raw - 20),
+        origin: OffsetOrigin::Stored,
+    };
+    let mut bytes = [0; STORE_BYTES];
+    stored.encode(&mut bytes);
+    let memory = buses.two.parts_mut().memory.as_mut().unwrap();
+    memory.bytes_mut()[..STORE_BYTES].copy_from_slice(&bytes);
+    buses
+}
+
+#[test]
+fn a_robot_on_a_table_has_its_offsets_measured_and_kept() {
+    let mut board = Board::robot_in_memory(robot(), |_| true);
+    board.greet().unwrap();
+    let report = measure_offsets(&mut board).unwrap().unwrap();
+    assert_eq!(report.offsets.counts, TABLE);
+    assert_eq!(report.offsets.origin, OffsetOrigin::Measured);
+    assert!(report.is_kept && report.refused == [None; 8], "{report:?}");
+    assert_eq!(
+        offsets_in_words(&report),
+        "offsets of sensors 0 to 7: 2469 2412 2381 2491 2488 2449 2413 2320 counts\n\
+         measured, kept in the board's memory"
+    );
+    // Whoever greets it later is told the same.
+    board.greet().unwrap();
+    assert_eq!(board.offsets(), Some(&report));
+}
+
+#[test]
+fn a_greeted_board_says_the_offsets_that_its_memory_holds() {
+    let mut board = Board::robot_in_memory(robot(), |_| true);
+    board.greet().unwrap();
+    let report = board.offsets().unwrap();
+    assert_eq!(report.offsets.counts, TABLE.map(|raw| raw - 20));
+    assert_eq!(report.offsets.origin, OffsetOrigin::Stored);
+    // A blank memory holds none, and is not written either.
+    let mut buses = robot();
+    let memory = buses.two.parts_mut().memory.as_mut().unwrap();
+    *memory.bytes_mut() = [0xff; 128];
+    let mut board = Board::robot_in_memory(buses, |_| true);
+    board.greet().unwrap();
+    let report = *board.offsets().unwrap();
+    assert_eq!(report.offsets, Offsets::DEFAULTS);
+    assert!(!report.is_kept);
+    let report = measure_offsets(&mut board).unwrap().unwrap();
+    assert_eq!(report.offsets.counts, TABLE);
+    assert!(!report.is_kept);
+    let words = offsets_in_words(&report);
+    assert!(
+        words.ends_with("measured, not kept in the board's memory"),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_wall_before_one_sensor_refuses_the_offsets_and_says_which_and_why() {
+    let mut buses = robot();
+    buses.set_signal(3, TABLE[3] + 300);
+    let mut board = Board::robot_in_memory(buses, |_| true);
+    board.greet().unwrap();
+    let before = board.offsets().unwrap().offsets;
+    let report = measure_offsets(&mut board).unwrap().unwrap();
+    assert_eq!(report.offsets, before, "none is taken");
+    let refused: Vec<usize> = (0..8).filter(|i| report.refused[*i].is_some()).collect();
+    assert_eq!(refused, [3]);
+    let Some(OffsetRefusal::AboveRing(counts)) = report.refused[3] else {
+        panic!("{report:?}");
+    };
+    let words = offsets_in_words(&report);
+    let expected = format!(
+        "\nsensor 3 refused: {counts} counts above the ring's median: \
+         something is near this sensor"
+    );
+    assert!(words.ends_with(&expected), "{words}");
+}
+
+#[test]
+fn a_board_that_says_nothing_of_its_offsets_is_given_up_after_five_seconds() {
+    let mut board = Board::in_memory(|_| true);
+    board.greet().unwrap();
+    assert_eq!(board.offsets(), None);
+    let start = Instant::now();
+    assert_eq!(measure_offsets(&mut board).unwrap(), None);
+    let waited = start.elapsed();
+    assert!(waited >= Duration::from_secs(5), "{waited:?}");
+    assert!(waited < Duration::from_secs(8), "{waited:?}");
+}
+
+#[test]
+fn a_line_on_which_only_the_board_s_health_comes_is_no_answer() {
+    // The first answer is the greeting's; every later one becomes a health.
+    let mut answers = 0;
+    let mut board = Board::in_memory(line(move |event| {
+        answers += usize::from(matches!(event, Event::Answer { .. }));
+        let is_hidden = answers > 1 && matches!(event, Event::Answer { .. });
+        Some(if is_hidden {
+            Event::Health(Health::default())
+        } else {
+            event
+        })
+    }));
+    board.greet().unwrap();
+    let mut heard = 0;
+    let driven = drive(
+        &mut board,
+        &[Input::Tick { stamp_us: 0 }],
+        |event| heard += usize::from(matches!(event, Event::Health(_))),
+        |_, _| (),
+    );
+    assert!(
+        matches!(driven, Err(LinkError::NoAnswer { input: 0 })),
+        "{driven:?}"
+    );
+    assert_eq!(heard, 1);
+}
+
+/// Frames of a run that a board is amid: before its answers, as if it read itself.
+fn amid_a_run() -> impl FnMut(&mut Vec<u8>) -> bool + Send + 'static {
+    let mut encoder = Encoder::new(0);
+    let stale: Vec<Event> = host_events(&inputs());
+    let mut is_over = false;
+    move |bytes| {
+        let mut frame = read(bytes);
+        let mut said = Vec::new();
+        let mut say = |message: &Message| said.extend_from_slice(encoder.encode(message));
+        if matches!(frame.message, Message::Event(Event::Configured(_))) && !is_over {
+            is_over = true;
+            for input in &inputs()[1..] {
+                say(&Message::Input(*input));
+            }
+            for event in stale.iter().skip(1) {
+                say(&Message::Event(event.clone()));
+            }
+        }
+        say(&frame.message);
+        frame.boot_id = 0;
+        *bytes = said;
+        true
+    }
+}
+
+#[test]
+fn the_run_that_a_board_was_amid_is_not_compared() {
+    let verdict = verdict_of(&inputs(), amid_a_run());
+    assert!(verdict.equal, "{verdict}");
+    assert_eq!(verdict.digests, STEPS);
+}
+
+#[test]
+fn the_run_that_a_board_was_amid_is_not_recorded() {
+    let mut board = Board::robot_in_memory(robot(), amid_a_run());
+    board.greet().unwrap();
+    let mut parts = [Vec::new()];
+    let mut rest = parts.iter_mut();
+    let open = |_| rest.next().ok_or(std::io::ErrorKind::StorageFull.into());
+    // It says nothing more once it is configured: silence ends the recording.
+    let ended = record(&mut board, &config(), open, |_| true).unwrap_err();
+    assert_eq!(ended.to_string(), "the board fell silent");
+    let recording = read_from(parts[0].as_slice()).unwrap();
+    let own = Config {
+        source: Source::Board,
+        ..config()
+    };
+    assert_eq!(recording.config, Some(own));
+    assert!(recording.inputs.is_empty(), "{:?}", recording.inputs);
+    assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+    assert!(
+        matches!(
+            recording.events.as_slice(),
+            [Event::Configured(_), Event::Answer { refused: None, .. }]
+        ),
+        "{:?}",
+        recording.events
+    );
 }
 
 fn boot() -> Boot {

@@ -401,11 +401,11 @@ fn robot_config() -> Config {
 fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_frame() {
     for (faults, bytes_a_row) in [
         ("ok", 100_000),
-        ("ok", 110),
+        ("ok", 80),
         ("ok", 60),
-        ("ber:1e-4", 110),
+        ("ber:1e-4", 80),
         ("drop:1e-3x20", 60),
-        ("lose:0.5", 110),
+        ("lose:0.5", 80),
     ] {
         let place = format!("{faults}, {bytes_a_row} bytes a row");
         let mut line = LossyLine::new(&faults.parse().unwrap(), 65);

@@ -4,7 +4,7 @@ mod common;
 
 use amiro_ipf::can::CanState;
 use amiro_ipf::config::{Config, StepRule};
-use amiro_ipf::driver::{OffsetOrigin, SensorState};
+use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorState};
 use amiro_ipf::event::{ClockSource, Event, Status};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
@@ -12,7 +12,7 @@ use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;
-use sim_harness::link::{Board, Comparison, Image, Layout, QemuOptions, build_image, drive};
+use sim_harness::link::{Board, Comparison, QemuOptions, drive, measure_offsets};
 use sim_harness::run;
 
 /// A wall on the left, driven along at 80 mm/s with the sensors at 125 Hz.
@@ -135,6 +135,19 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
 }
 
 #[test]
+fn a_board_without_sensors_keeps_its_offsets_and_refuses_each_measurement() {
+    let Some(image) = common::image() else { return };
+    let mut board = Board::in_qemu(image, &QemuOptions::default()).unwrap();
+    board.greet().unwrap();
+    let report = measure_offsets(&mut board).unwrap().unwrap();
+    assert_eq!(report.offsets, Offsets::DEFAULTS);
+    assert_eq!(report.refused, [Some(OffsetRefusal::NotDelivering); 8]);
+    assert!(!report.is_kept);
+    board.greet().unwrap();
+    assert_eq!(board.offsets(), Some(&report));
+}
+
+#[test]
 fn twenty_runs_in_a_row_never_hang() {
     let Some(image) = common::image() else { return };
     let config = Config {
@@ -183,8 +196,7 @@ fn two_seconds_alone(board: &mut Board) -> (Vec<Status>, Vec<(u64, Health)>) {
                 let since_ms = statuses.last().map_or(0, |last| last.board.uptime_ms);
                 healths.push((since_ms, health));
             }
-            Event::StepBegun(step) => panic!("a step without sensors: {step:?}"),
-            _ => {}
+            event => assert!(!matches!(event, Event::StepBegun(_)), "{event:?}"),
         }
     }
 }

@@ -9,16 +9,21 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
+use amiro_ipf::BUILD_ID;
+use amiro_ipf::config::{Choice, Config, Source, StepRule};
+use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
+use amiro_ipf::health::Health;
 use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::WheelSpeeds;
 use amiro_ipf::node::Node;
 use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{Encoder, FrameError, MAX_FRAME, Message, Truth};
+use amiro_ipf::wire::{
+    Encoder, FrameError, MAX_FRAME, Message, Outgoing, Terminal, Truth, WINDOW, WIRE_VERSION,
+};
 use proptest::prelude::*;
+use sim_harness::link::Comparison;
 use sim_harness::log::{
     Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
 };
@@ -270,6 +275,213 @@ fn second_configuration_ends_what_is_used() {
     assert_eq!(recording.inputs, [tick(1), tick(2)]);
     assert_eq!(recording.refusals.count_of(Reason::SecondRun), 1);
     assert_eq!(recording.refusals.count(), 1);
+}
+
+/// A robot in memory that reads itself: every byte that its board says.
+struct LiveBoard<'a> {
+    terminal: Terminal<'a, 800>,
+    host: Encoder,
+    said: Vec<u8>,
+}
+
+impl<'a> LiveBoard<'a> {
+    /// As after a reset: it says who speaks and with what it begins.
+    fn new(particles: &'a mut ParticleSet<800>, own: Config) -> Self {
+        let boot = Boot {
+            wire_version: WIRE_VERSION,
+            build_id: BUILD_ID,
+            capacity: 800,
+            window: WINDOW,
+            baud: 0,
+            clock: ClockSource::Host,
+            core_hz: 0,
+        };
+        let mut board = Self {
+            terminal: Terminal::new(Node::new(particles), boot, 7),
+            host: Encoder::new(0xa5),
+            said: Vec::new(),
+        };
+        let Self { terminal, said, .. } = &mut board;
+        terminal.introduce(&mut |frame, _| said.extend_from_slice(frame));
+        board.read(&[Input::Configure(own)]);
+        board
+    }
+
+    /// Its own inputs, among them what it says of itself.
+    fn read(&mut self, inputs: &[Input]) {
+        let Self { terminal, said, .. } = self;
+        let mut send = |frame: &[u8], _| said.extend_from_slice(frame);
+        for (number, input) in inputs.iter().enumerate() {
+            terminal.inject(input, &mut send);
+            match number % 16 {
+                0 => terminal.report(Status::default(), &mut send),
+                5 => terminal.tell(&Event::Health(Health::default()), &mut send),
+                9 => terminal.tell(&Event::Offsets(OffsetReport::default()), &mut send),
+                _ => {}
+            }
+        }
+    }
+
+    /// An input of the host, over the link.
+    fn hear(&mut self, input: &Input) {
+        let Self {
+            terminal,
+            host,
+            said,
+        } = self;
+        for byte in host.encode(Outgoing::Input(input)) {
+            terminal.receive(*byte, &mut |frame, _| said.extend_from_slice(frame));
+        }
+    }
+}
+
+/// What a robot reads along a wall from a time on: readings at 125 Hz, every eighth with
+/// a pose, every fifteenth with a tick; amid them a pose out of this world, and at the
+/// end odometry that begins anew.
+fn own_readings(from_us: u64, rows: u64) -> Vec<Input> {
+    let mut inputs = Vec::new();
+    for row in 0..rows {
+        let stamp_us = from_us + row * 8_000;
+        let x = row as f32 * 0.64e-3;
+        if row % 8 == 0 {
+            inputs.push(odometry(stamp_us, x));
+        }
+        if row == rows / 2 {
+            inputs.push(odometry(stamp_us + 1, x + 5.0));
+        }
+        let mut samples = [Sample::Counts((row % 5) as i32); 8];
+        samples[1] = Sample::Counts(110 - (row % 3) as i32);
+        samples[2] = Sample::Missing;
+        inputs.push(Input::Proximity { stamp_us, samples });
+        if row % 15 == 14 {
+            inputs.push(tick(stamp_us + 100));
+        }
+    }
+    let end_us = from_us + (rows + 200) * 8_000;
+    inputs.push(odometry(end_us, 0.0));
+    inputs.push(proximity(end_us));
+    inputs
+}
+
+fn own_config(seed: u64) -> Config {
+    Config {
+        seed,
+        particles_per_sensor: 100,
+        choice: Choice::Median,
+        source: Source::Board,
+        ..Config::amiro(Profile::Paper)
+    }
+}
+
+/// That a recording of a board that reads itself holds that configuration and those
+/// inputs, and that they replay to its very events.
+fn assert_replays(recording: &Recording, config: &Config, inputs: &[Input]) {
+    assert_eq!(recording.config, Some(*config));
+    let parting = (0..inputs.len().max(recording.inputs.len()))
+        .find(|&place| recording.inputs.get(place) != inputs.get(place))
+        .map(|place| (place, recording.inputs.get(place), inputs.get(place)));
+    assert_eq!(parting, None, "where they part, found and expected");
+    let as_replayed = Config {
+        source: Source::Link,
+        ..*config
+    };
+    let mut comparison = Comparison::default();
+    let mut breaks = 0;
+    let outcome = sim_harness::run(&as_replayed, &recording.inputs, |event| {
+        comparison.expect(event);
+        breaks += u32::from(matches!(event, Event::BrokeOff { .. }));
+    })
+    .unwrap();
+    for event in &recording.events {
+        comparison.meet(event);
+    }
+    let verdict = comparison.verdict_of_recording();
+    assert!(verdict.equal, "{verdict}");
+    assert_eq!(verdict.digests, outcome.steps as usize, "{verdict}");
+    assert!(outcome.steps >= 5, "{outcome:?}");
+    // The pose out of this world is refused both times, the new beginning taken.
+    assert_eq!((outcome.refusals.len(), breaks), (1, 1), "{outcome:?}");
+}
+
+#[test]
+fn a_live_recording_replays_whatever_the_board_was_amid() {
+    for step_rule in [
+        StepRule::PerDistance { step_m: 0.01 },
+        StepRule::PerTick { own_clock: true },
+    ] {
+        let wanted = Config {
+            step_rule,
+            ..own_config(9)
+        };
+        let mut particles = ParticleSet::<800>::new();
+        let mut board = LiveBoard::new(&mut particles, own_config(5));
+        board.hear(&Input::Hello);
+        board.read(&own_readings(0, 100));
+        board.hear(&Input::Configure(wanted));
+        // Earlier than what it read before: its clock is its own affair.
+        let inputs = own_readings(5_000, 150);
+        board.read(&inputs);
+        let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+        writer.write_input(&Input::Configure(wanted)).unwrap();
+        writer.write_frames(&board.said).unwrap();
+        let recording = reading(writer.finish().unwrap()).unwrap();
+        assert_replays(&recording, &wanted, &inputs);
+        assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(recording.refusals.count(), 1, "{}", recording.refusals);
+        // The silence before the end is a second segment.
+        assert_eq!(recording.segments, 2);
+    }
+}
+
+#[test]
+fn a_capture_of_a_board_s_line_replays_up_to_another_configuration() {
+    let own = own_config(5);
+    let mut particles = ParticleSet::<800>::new();
+    let mut board = LiveBoard::new(&mut particles, own);
+    let inputs = own_readings(0, 150);
+    board.read(&inputs);
+    let recording = reading(&board.said).unwrap();
+    assert_replays(&recording, &own, &inputs);
+    assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+    // The very same configuration is another run too: the board forgets.
+    board.hear(&Input::Configure(own));
+    board.read(&own_readings(3_000_000, 150));
+    let recording = reading(&board.said).unwrap();
+    assert_replays(&recording, &own, &inputs);
+    assert_eq!(recording.refusals.count_of(Reason::SecondRun), 1);
+    assert_eq!(recording.refusals.count(), 1, "{}", recording.refusals);
+}
+
+#[test]
+fn a_board_s_earlier_readings_cost_none_of_the_host_s() {
+    let config = Config {
+        source: Source::Link,
+        ..own_config(9)
+    };
+    let mut particles = ParticleSet::<800>::new();
+    let mut board = LiveBoard::new(&mut particles, own_config(5));
+    board.read(&own_readings(60_000_000, 50));
+    board.hear(&Input::Configure(config));
+    let inputs = own_readings(0, 150);
+    // What it reads itself meanwhile is left out; it makes no ticks under this rule.
+    let mut own = own_readings(61_000_000, 50);
+    own.retain(|input| !matches!(input, Input::Tick { .. }));
+    board.read(&own);
+    for input in &inputs {
+        board.hear(input);
+    }
+    let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+    writer.write_input(&Input::Configure(config)).unwrap();
+    let (ahead, rest) = inputs.split_at(7);
+    for input in ahead {
+        writer.write_input(input).unwrap();
+    }
+    writer.write_frames(&board.said).unwrap();
+    for input in rest {
+        writer.write_input(input).unwrap();
+    }
+    let recording = reading(writer.finish().unwrap()).unwrap();
+    assert_replays(&recording, &config, &inputs);
 }
 
 #[test]

@@ -6,22 +6,31 @@
 
 use std::time::{Duration, Instant};
 
+use amiro_ipf::can::CanState;
 use amiro_ipf::checksum::Digest;
-use amiro_ipf::config::{Config, StepRule};
+use amiro_ipf::config::{Choice, Config, Source, StepRule};
+use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorFault, SensorState};
 use amiro_ipf::event::{
-    BATCH, BoardStatus, Boot, ClockSource, Event, NodeStatus, Obstacle, ParticleEvent, Particles,
-    Status, StepBegun, StepDone,
+    BATCH, BoardStatus, Boot, ClockSource, Event, NodeStatus, Obstacle, OffsetReport,
+    ParticleEvent, Particles, Status, StepBegun, StepDone,
 };
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{
     FilterParameters, NothingDraw, Outcome, ParticleSet, Profile, SurvivalRule,
 };
 use amiro_ipf::geometry::{Point, Pose};
+use amiro_ipf::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
 use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::{DifferentialDrive, WheelSpeeds};
 use amiro_ipf::node::Node;
+use amiro_ipf::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::sampling;
+use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::{Photometry, Ring, Sample, SensorMask};
+use amiro_ipf::supervision::{
+    Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
+};
 use amiro_ipf::wire::{
     Decoder, Encoder, Frame, FrameError, MAX_FRAME, Message, Outgoing, Received, SCENARIO_CHUNK,
     Truth, WINDOW, WIRE_VERSION,
@@ -55,6 +64,8 @@ fn kind(message: &Message) -> &'static str {
         Message::Input(Input::Odometry { .. }) => "Odometry",
         Message::Input(Input::Wheels { .. }) => "Wheels",
         Message::Input(Input::Tick { .. }) => "Tick",
+        Message::Input(Input::Calibrate) => "Calibrate",
+        Message::Input(Input::Limit { .. }) => "Limit",
         Message::Event(Event::Boot(_)) => "Boot",
         Message::Event(Event::Configured(_)) => "Configured",
         Message::Event(Event::StepBegun(_)) => "StepBegun",
@@ -62,6 +73,11 @@ fn kind(message: &Message) -> &'static str {
         Message::Event(Event::StepDone(_)) => "StepDone",
         Message::Event(Event::Answer { .. }) => "Answer",
         Message::Event(Event::Status(_)) => "Status",
+        Message::Event(Event::BrokeOff { .. }) => "BrokeOff",
+        Message::Event(Event::Health(_)) => "Health",
+        Message::Event(Event::PostMortem(_)) => "PostMortem",
+        Message::Event(Event::Supervision(_)) => "Supervision",
+        Message::Event(Event::Offsets(_)) => "Offsets",
         Message::Truth(Truth::Pose { .. }) => "Truth pose",
         Message::Truth(Truth::Scenario(_)) => "Truth scenario",
         Message::Truth(Truth::Seed(_)) => "Truth seed",
@@ -170,9 +186,85 @@ fn example_status() -> Status {
     }
 }
 
+/// A robot with a sensor that is unplugged and one that touches a wall.
+fn example_post_mortem(file: &str) -> PostMortem {
+    let mut record = PostMortem::new(Cause::StackOverflow, 263, 12_375).at(file, 77);
+    record.registers = Registers {
+        pc: 0x0800_1234,
+        lr: 0x0800_5679,
+        psr: 0x2100_0000,
+        sp: 0x2001_b3f0,
+        cfsr: 0x0082,
+        hfsr: 0,
+        address: 0x2001_b3fc,
+    };
+    record
+}
+
+fn example_health() -> Health {
+    let good = SensorHealth {
+        state: SensorState::Good,
+        age_ms: 4,
+        failed: 0,
+    };
+    let mut sensors = [good; 8];
+    sensors[1] = SensorHealth {
+        state: SensorState::Missing,
+        age_ms: 255,
+        failed: 300,
+    };
+    sensors[2].state = SensorState::Faulty(SensorFault::Dazzled);
+    sensors[7].state = SensorState::TooClose;
+    let works = BusHealth {
+        state: BusState::Working,
+        failed: 3,
+        recoveries: 1,
+    };
+    let silent = BusHealth::default();
+    Health {
+        sensors,
+        buses: [works, silent],
+        can: CanHealth {
+            state: CanState::On,
+            taken: 16_000,
+            ignored: 5,
+            overruns: 0,
+            bus_offs: 1,
+            unsent: 200,
+        },
+        seed: SeedSource::RandomUnit,
+        offsets: OffsetOrigin::Stored,
+    }
+}
+
+/// Offsets of a robot on a table, and how each refusal looks.
+fn example_offsets() -> [OffsetReport; 2] {
+    let measured = OffsetReport {
+        offsets: Offsets {
+            counts: [2469, 2412, 2381, 2491, 2488, 2449, 2413, 2320],
+            origin: OffsetOrigin::Measured,
+        },
+        is_kept: true,
+        refused: [None; 8],
+    };
+    let mut refused = OffsetReport::default();
+    refused.refused[..5].copy_from_slice(&OFFSET_REFUSALS.map(Some));
+    [measured, refused]
+}
+
+/// Every reason, in the order of its code on the wire.
+const OFFSET_REFUSALS: [OffsetRefusal; 5] = [
+    OffsetRefusal::NotDelivering,
+    OffsetRefusal::Unsteady(41),
+    OffsetRefusal::OutOfRange(1499),
+    OffsetRefusal::AboveRing(101),
+    OffsetRefusal::AboveStored(300),
+];
+
 /// One message of every kind, as in the document's list of golden frames.
 fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let pose = Pose::new(0.25, -0.5, 1.5);
+    let [measured, refused] = example_offsets();
     let samples = [
         Sample::Counts(0),
         Sample::Counts(-3),
@@ -235,11 +327,16 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         ("truth-seed", Truth::Seed(42)),
     ]
     .map(|(name, truth)| (name, Message::Truth(truth)));
+    let limit = Input::Limit {
+        particles_per_sensor: 750,
+    };
+    let host_since_2 = [("calibrate", Input::Calibrate), ("limit", limit)]
+        .map(|(name, input)| (name, Message::Input(input)));
     let board = [
         (
             "boot",
             Event::Boot(Boot {
-                wire_version: 1,
+                wire_version: 2,
                 build_id: 0x0123_4567_89ab_cdef,
                 capacity: 8000,
                 window: 8,
@@ -295,19 +392,59 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         ),
         ("status", Event::Status(example_status())),
         ("status-first", Event::Status(Status::default())),
+        (
+            "configured-board",
+            Event::Configured(Config {
+                choice: Choice::Median,
+                source: Source::Board,
+                ..Config::amiro(Profile::Plus)
+            }),
+        ),
+        (
+            "broke-off",
+            Event::BrokeOff {
+                stamp_us: 3_000_000,
+            },
+        ),
+        ("health", Event::Health(example_health())),
+        ("health-first", Event::Health(Health::default())),
+        ("offsets", Event::Offsets(measured)),
+        ("offsets-refused", Event::Offsets(refused)),
+        (
+            "answer-not-the-source",
+            Event::Answer {
+                input: 5,
+                refused: Some(Fault::NotTheSource),
+            },
+        ),
+        (
+            "post-mortem",
+            Event::PostMortem(example_post_mortem("src/node.rs")),
+        ),
+        (
+            "supervision",
+            Event::Supervision(Supervision {
+                mode: Mode::SafeForImage,
+                reset: ResetCause::Watchdog,
+                image: ImageCheck::Damaged,
+                is_under_loader: true,
+                stack_unused: 12_000,
+            }),
+        ),
     ]
     .map(|(name, event)| (name, Message::Event(event)));
     let from = |boot_id, first: u16| {
         move |(place, (name, message))| (name, boot_id, first + place as u16, message)
     };
-    let from_host = host.into_iter().chain(truth).enumerate().map(from(0xa5, 0));
+    let from_host = host.into_iter().chain(truth).chain(host_since_2);
+    let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
     from_host.chain(from_board).collect()
 }
 
-/// The document's golden frames: name and bytes.
-fn golden_bytes() -> Vec<(&'static str, Vec<u8>)> {
-    let (_, rest) = DOCUMENT.split_once("```golden\n").unwrap();
+/// The golden frames in a block of the document: name and bytes.
+fn golden_bytes(block: &str) -> Vec<(&'static str, Vec<u8>)> {
+    let (_, rest) = DOCUMENT.split_once(&format!("```{block}\n")).unwrap();
     let (block, _) = rest.split_once("```").unwrap();
     let byte = |place: &str| u8::from_str_radix(place, 16).unwrap();
     block
@@ -324,7 +461,7 @@ fn golden_bytes() -> Vec<(&'static str, Vec<u8>)> {
 #[test]
 fn golden_frames_decode_to_their_messages_and_encode_to_their_bytes() {
     let messages = golden_messages();
-    let bytes = golden_bytes();
+    let bytes = golden_bytes("golden");
     let expected: String = messages
         .iter()
         .map(|(name, boot_id, sequence, message)| {
@@ -346,6 +483,32 @@ fn golden_frames_decode_to_their_messages_and_encode_to_their_bytes() {
         };
         assert_eq!(decode(&bytes), Ok(frame.clone()), "{name}");
         assert_eq!(hex(&encode(&frame)), hex(&bytes), "{name}");
+    }
+}
+
+#[test]
+fn f69_frames_of_version_1_that_changed_are_refused_and_its_boot_can_be_read() {
+    let old = golden_bytes("golden-1");
+    let names: Vec<&str> = old.iter().map(|(name, _)| *name).collect();
+    assert_eq!(
+        names,
+        ["configure-paper", "configure-plus", "boot", "configured"]
+    );
+    for (name, bytes) in old {
+        // Whole frames all of them: it is the message that is another.
+        let decoded = decode(&bytes);
+        if name != "boot" {
+            assert_eq!(decoded, Err(FrameError::NotAMessage), "{name}");
+            continue;
+        }
+        let Ok(Frame {
+            message: Message::Event(Event::Boot(boot)),
+            ..
+        }) = decoded
+        else {
+            panic!("{decoded:?}");
+        };
+        assert_eq!((boot.wire_version, boot.capacity), (1, 8000));
     }
 }
 
@@ -406,23 +569,53 @@ fn every_constant_of_the_document_is_the_code_s() {
     assert!(budget.contains("const RESERVE: usize = 24;"));
 }
 
+/// Bytes of an event's frame with a number of two bytes, neither of them zero.
+fn frame_length(message: &Message) -> usize {
+    encoder_at(1, 257).encode(message).len()
+}
+
+/// Bits on the line in a second of steps of 8000 outcomes, 8 of them, with a status and
+/// a health beside each; ten bits a byte.
+fn injected_baud() -> usize {
+    let batch = |count| Message::Event(Event::Particles(example_batch(count)));
+    let full = frame_length(&batch(BATCH as i16));
+    let rest = frame_length(&batch((8000 % BATCH) as i16));
+    let others: usize = golden_messages()
+        .iter()
+        .filter(|(name, ..)| ["step-begun", "step-done", "status", "health"].contains(name))
+        .map(|(.., message)| frame_length(message))
+        .sum();
+    (8000 / BATCH * full + rest + others) * 8 * 10
+}
+
+/// Bits in a second of a board's own readings and poses, an hour after its reset, with
+/// something in front of two sensors.
+fn own_inputs_baud() -> usize {
+    let stamp_us = 3_600_000_000;
+    let mut samples = [Sample::Counts(3); 8];
+    samples[1] = Sample::Counts(110);
+    samples[2] = Sample::Counts(100);
+    let pose = Pose::new(0.256, -0.128, 0.784);
+    let reading = Message::Input(Input::Proximity { stamp_us, samples });
+    let pose = Message::Input(Input::Odometry { stamp_us, pose });
+    (125 * frame_length(&reading) + 16 * frame_length(&pose)) * 10
+}
+
 #[test]
 fn full_detail_at_eight_hertz_needs_what_the_document_says() {
-    let encode = |event: Event| encoder_at(1, 257).encode(Outgoing::Event(&event)).len();
-    let full = encode(Event::Particles(example_batch(38)));
-    let rest = encode(Event::Particles(example_batch((8000 % BATCH) as i16)));
-    let others: usize = golden_messages()
-        .into_iter()
-        .filter(|(name, ..)| ["step-begun", "step-done", "status"].contains(name))
-        .map(|(.., message)| encoder_at(1, 257).encode(&message).len())
-        .sum();
-    let step = 8000 / BATCH * full + rest + others;
-    // Eight steps a second, ten bits a byte.
-    let baud = (step * 8 * 10) as f64;
-    assert!((baud - 2.15e6).abs() < 0.005e6, "{baud}");
-    let dropped = (baud - 2e6) / (8.0 * 10.0 * full as f64) / 211.0;
-    assert!((1.0 / dropped - 14.0).abs() < 1.0, "1 in {}", 1.0 / dropped);
-    assert_stated(["2.15 Mbaud", "one particle frame in 14"].map(str::to_owned));
+    let full = frame_length(&Message::Event(Event::Particles(example_batch(38)))) as f64;
+    let injected = injected_baud() as f64;
+    let live = injected + own_inputs_baud() as f64;
+    // Of 211 particle frames a step, those that 2 Mbaud have no room for.
+    let one_in = |baud: f64| 211.0 * 8.0 * 10.0 * full / (baud - 2e6);
+    let mbaud = |baud: f64| format!("{:.2} Mbaud", baud * 1e-6);
+    let step = injected / 80.0 * 1e-3;
+    assert_stated([
+        format!("is {step:.1} kB"),
+        format!("at 8 Hz need {}", mbaud(injected)),
+        format!("a live board needs {}", mbaud(live)),
+        format!("one particle frame in {:.0} and", one_in(live)),
+    ]);
 }
 
 #[test]
@@ -517,8 +710,150 @@ fn every_default_of_the_document_is_the_profiles() {
         row("theta_max_rad", |c| c.photometry.theta_max_rad.to_string()),
         row("radius_m", |c| c.ring.radius_m.to_string()),
         row("track_m", |c| c.drive.track_m.to_string()),
+        row("choice", |c| format!("{:?}", c.choice)),
+        row("source", |c| format!("{:?}", c.source)),
     ]);
 }
+
+#[test]
+fn every_limit_of_the_document_is_the_one_that_is_kept() {
+    assert_stated([
+        format!("{MAX_SPEED_M_PER_S:.1} m/s"),
+        format!("{MAX_TURN_RAD_PER_S} rad/s"),
+        format!("more than {} s", MAX_GAP_US / 1_000_000),
+        format!("more than {} ms after the last pose", MAX_AGE_US / 1_000),
+        format!("more than {} ms older", sampling::MAX_SAMPLE_AGE_US / 1_000),
+        format!("the last {} counts", sampling::WINDOW),
+    ]);
+}
+
+/// A row of the document's lists of words: number and name.
+fn word(number: usize, name: &impl std::fmt::Debug) -> String {
+    let name = format!("{name:?}");
+    let (name, _) = name.split_once('(').unwrap_or((&name, ""));
+    format!("{number} `{name}`")
+}
+
+const CAUSES: [Cause; 4] = [
+    Cause::Panic,
+    Cause::Fault,
+    Cause::StackOverflow,
+    Cause::Watchdog,
+];
+const MODES: [Mode; 4] = [
+    Mode::Normal,
+    Mode::SafeAfterDeaths,
+    Mode::SafeForImage,
+    Mode::ShuttingDown,
+];
+const RESETS: [ResetCause; 5] = [
+    ResetCause::Unknown,
+    ResetCause::Power,
+    ResetCause::Pin,
+    ResetCause::Software,
+    ResetCause::Watchdog,
+];
+const IMAGE_CHECKS: [ImageCheck; 3] = [ImageCheck::Unmarked, ImageCheck::Good, ImageCheck::Damaged];
+
+#[test]
+fn every_word_of_supervision_has_the_document_s_number() {
+    for (number, cause) in CAUSES.into_iter().enumerate() {
+        let record = PostMortem::new(cause, 0, 0);
+        let payload = payload_of(&Message::Event(Event::PostMortem(record)));
+        assert_eq!(payload[..3], [1, 10, number as u8], "{cause:?}");
+    }
+    for (number, mode) in MODES.into_iter().enumerate() {
+        let supervision = Supervision {
+            mode,
+            ..Supervision::default()
+        };
+        let payload = payload_of(&Message::Event(Event::Supervision(supervision)));
+        assert_eq!(payload[..3], [1, 11, number as u8], "{mode:?}");
+    }
+    let causes = (0..).zip(&CAUSES).map(|(n, c)| word(n, c));
+    let modes = (0..).zip(&MODES).map(|(n, m)| word(n, m));
+    let resets = (0..).zip(&RESETS).map(|(n, r)| word(n, r));
+    let checks = (0..).zip(&IMAGE_CHECKS).map(|(n, c)| word(n, c));
+    assert_stated(causes.chain(modes).chain(resets).chain(checks));
+}
+
+#[test]
+fn every_word_of_health_and_offsets_has_the_document_s_number() {
+    for (number, state) in SENSOR_STATES.into_iter().enumerate() {
+        let encoded = payload_of(&Message::Event(Event::Health(Health {
+            sensors: [SensorHealth {
+                state,
+                ..SensorHealth::default()
+            }; 8],
+            ..Health::default()
+        })));
+        let expected = match state {
+            SensorState::Faulty(fault) => vec![6, fault as u8],
+            _ => vec![number as u8],
+        };
+        assert!(encoded[2..].starts_with(&expected), "{state:?}");
+    }
+    let states = (0..).zip(&SENSOR_STATES[..7]).map(|(n, s)| word(n, s));
+    let faults = (0..).zip(&SENSOR_FAULTS).map(|(n, f)| word(n, f));
+    let buses = (0..).zip(&BUS_STATES).map(|(n, b)| word(n, b));
+    let cans = (0..).zip(&CAN_STATES).map(|(n, c)| word(n, c));
+    let seeds = (0..).zip(&SEED_SOURCES).map(|(n, s)| word(n, s));
+    let origins = (0..).zip(&OFFSET_ORIGINS).map(|(n, o)| word(n, o));
+    let refusals = (0..).zip(&OFFSET_REFUSALS).map(|(n, r)| word(n, r));
+    let all = states.chain(faults).chain(buses).chain(cans);
+    assert_stated(all.chain(seeds).chain(origins).chain(refusals));
+    for (number, refusal) in (0..).zip(OFFSET_REFUSALS) {
+        let [_, mut report] = example_offsets();
+        report.refused = [Some(refusal); 8];
+        let encoded = payload_of(&Message::Event(Event::Offsets(report)));
+        // Eight counts of two bytes, origin, kept, then the reasons.
+        assert_eq!(encoded[2 + 16 + 2..][..2], [1, number], "{refusal:?}");
+    }
+}
+
+const SENSOR_FAULTS: [SensorFault; 3] = [
+    SensorFault::WrongIdentity,
+    SensorFault::Garbage,
+    SensorFault::Dazzled,
+];
+
+const SENSOR_STATES: [SensorState; 9] = [
+    SensorState::Missing,
+    SensorState::NoData,
+    SensorState::TooClose,
+    SensorState::Nothing,
+    SensorState::Good,
+    SensorState::Stale,
+    SensorState::Faulty(SensorFault::WrongIdentity),
+    SensorState::Faulty(SensorFault::Garbage),
+    SensorState::Faulty(SensorFault::Dazzled),
+];
+
+const BUS_STATES: [BusState; 4] = [
+    BusState::Silent,
+    BusState::Working,
+    BusState::Failing,
+    BusState::HeldLow,
+];
+
+const CAN_STATES: [CanState; 4] = [
+    CanState::Absent,
+    CanState::Joining,
+    CanState::On,
+    CanState::BusOff,
+];
+
+const SEED_SOURCES: [SeedSource; 3] = [
+    SeedSource::Configured,
+    SeedSource::RandomUnit,
+    SeedSource::UniqueNumber,
+];
+
+const OFFSET_ORIGINS: [OffsetOrigin; 3] = [
+    OffsetOrigin::Defaults,
+    OffsetOrigin::Stored,
+    OffsetOrigin::Measured,
+];
 
 #[test]
 fn digest_is_the_document_s() {
@@ -577,13 +912,15 @@ fn longest_messages() -> Vec<Message> {
     let config = Config {
         seed: u64::MAX,
         particles_per_sensor: u16::MAX,
+        choice: Choice::Median,
+        source: Source::Board,
         ..Config::amiro(Profile::Plus)
     };
     let node = NodeStatus {
         steps: u32::MAX,
         inputs: u32::MAX,
         refused: u32::MAX,
-        last_fault: Some(Fault::NotAnInput),
+        last_fault: Some(Fault::NotTheSource),
         without: 0xff,
         obstacle: Some(Obstacle {
             range_m: 0.3,
@@ -610,6 +947,10 @@ fn longest_messages() -> Vec<Message> {
             speeds: WheelSpeeds::default(),
         },
         Input::Tick { stamp_us },
+        Input::Calibrate,
+        Input::Limit {
+            particles_per_sensor: u16::MAX,
+        },
     ];
     let events = [
         Event::Boot(Boot {
@@ -641,9 +982,38 @@ fn longest_messages() -> Vec<Message> {
         }),
         Event::Answer {
             input: u16::MAX,
-            refused: Some(Fault::NotAnInput),
+            refused: Some(Fault::NotTheSource),
         },
         Event::Status(Status { node, board }),
+        Event::BrokeOff { stamp_us },
+        Event::Health(longest_health()),
+        Event::PostMortem(PostMortem {
+            step: u32::MAX,
+            uptime_ms: u32::MAX,
+            line: u32::MAX,
+            registers: Registers {
+                pc: u32::MAX,
+                lr: u32::MAX,
+                psr: u32::MAX,
+                sp: u32::MAX,
+                cfsr: u32::MAX,
+                hfsr: u32::MAX,
+                address: u32::MAX,
+            },
+            ..example_post_mortem(&"x".repeat(PLACE))
+        }),
+        Event::Supervision(Supervision {
+            stack_unused: u32::MAX,
+            ..Supervision::default()
+        }),
+        Event::Offsets(OffsetReport {
+            offsets: Offsets {
+                counts: [u16::MAX; 8],
+                origin: OffsetOrigin::Measured,
+            },
+            is_kept: true,
+            refused: [Some(OffsetRefusal::AboveStored(u16::MAX)); 8],
+        }),
     ];
     let truths = [
         Truth::Pose { stamp_us, pose },
@@ -656,6 +1026,31 @@ fn longest_messages() -> Vec<Message> {
         .chain(events.map(Message::Event))
         .chain(truths.map(Message::Truth))
         .collect()
+}
+
+fn longest_health() -> Health {
+    Health {
+        sensors: [SensorHealth {
+            state: SensorState::Faulty(SensorFault::Dazzled),
+            age_ms: u8::MAX,
+            failed: u16::MAX,
+        }; 8],
+        buses: [BusHealth {
+            state: BusState::HeldLow,
+            failed: u16::MAX,
+            recoveries: u16::MAX,
+        }; 2],
+        can: CanHealth {
+            state: CanState::BusOff,
+            taken: u32::MAX,
+            ignored: u16::MAX,
+            overruns: u16::MAX,
+            bus_offs: u16::MAX,
+            unsent: u16::MAX,
+        },
+        seed: SeedSource::UniqueNumber,
+        offsets: OffsetOrigin::Measured,
+    }
 }
 
 fn longest_frame(kind_of: &str) -> usize {
@@ -712,9 +1107,18 @@ fn any_config() -> impl Strategy<Value = Config> {
         any::<bool>().prop_map(|own_clock| StepRule::PerTick { own_clock }),
     ];
     let choices = (any::<bool>(), any::<bool>(), any::<bool>(), any::<u8>());
+    let choice = prop::sample::select(&[Choice::Newest, Choice::Median][..]);
+    let source = prop::sample::select(&[Source::Link, Source::Board][..]);
     let floats = prop::collection::vec(any_float(), 22);
-    (any::<(u64, u16, u8)>(), step_rule, choices, floats).prop_map(
-        |((seed, particles_per_sensor, mask), step_rule, (survival, draw, side_test, gate), f)| {
+    let numbers = any::<(u64, u16, u8)>();
+    (numbers, step_rule, choices, (choice, source), floats).prop_map(
+        |(
+            (seed, particles_per_sensor, mask),
+            step_rule,
+            (survival, draw, side_test, gate),
+            (choice, source),
+            f,
+        )| {
             let parameters = FilterParameters {
                 survival: if survival {
                     SurvivalRule::Systematic
@@ -756,6 +1160,8 @@ fn any_config() -> impl Strategy<Value = Config> {
                 photometry,
                 ring,
                 drive: DifferentialDrive { track_m: f[21] },
+                choice,
+                source,
             }
         },
     )
@@ -776,6 +1182,10 @@ fn any_input() -> impl Strategy<Value = Input> {
             Input::Wheels { stamp_us, speeds }
         }),
         any::<u64>().prop_map(|stamp_us| Input::Tick { stamp_us }),
+        Just(Input::Calibrate),
+        any::<u16>().prop_map(|particles_per_sensor| Input::Limit {
+            particles_per_sensor
+        }),
     ]
 }
 
@@ -821,6 +1231,105 @@ fn any_status() -> impl Strategy<Value = Status> {
         lost_bytes: n[5],
     });
     (node, board).prop_map(|(node, board)| Status { node, board })
+}
+
+fn any_post_mortem() -> impl Strategy<Value = PostMortem> {
+    let cause = prop::sample::select(&CAUSES[..]);
+    (any::<([u32; 10], String)>(), cause).prop_map(|((n, file), cause)| {
+        let mut record = PostMortem::new(cause, n[0], n[1]).at(&file, n[2]);
+        record.registers = Registers {
+            pc: n[3],
+            lr: n[4],
+            psr: n[5],
+            sp: n[6],
+            cfsr: n[7],
+            hfsr: n[8],
+            address: n[9],
+        };
+        record
+    })
+}
+
+fn any_supervision() -> impl Strategy<Value = Supervision> {
+    (
+        prop::sample::select(&MODES[..]),
+        prop::sample::select(&RESETS[..]),
+        prop::sample::select(&IMAGE_CHECKS[..]),
+        any::<(bool, u32)>(),
+    )
+        .prop_map(
+            |(mode, reset, image, (is_under_loader, stack_unused))| Supervision {
+                mode,
+                reset,
+                image,
+                is_under_loader,
+                stack_unused,
+            },
+        )
+}
+
+fn any_health() -> impl Strategy<Value = Health> {
+    let select = prop::sample::select::<SensorState>;
+    let sensor =
+        (select(&SENSOR_STATES[..]), any::<(u8, u16)>()).prop_map(|(state, (age_ms, failed))| {
+            SensorHealth {
+                state,
+                age_ms,
+                failed,
+            }
+        });
+    let bus = (prop::sample::select(&BUS_STATES[..]), any::<(u16, u16)>()).prop_map(
+        |(state, (failed, recoveries))| BusHealth {
+            state,
+            failed,
+            recoveries,
+        },
+    );
+    let can = (
+        prop::sample::select(&CAN_STATES[..]),
+        any::<(u32, [u16; 4])>(),
+    )
+        .prop_map(|(state, (taken, n))| CanHealth {
+            state,
+            taken,
+            ignored: n[0],
+            overruns: n[1],
+            bus_offs: n[2],
+            unsent: n[3],
+        });
+    (
+        prop::array::uniform8(sensor),
+        prop::array::uniform2(bus),
+        can,
+        prop::sample::select(&SEED_SOURCES[..]),
+        prop::sample::select(&OFFSET_ORIGINS[..]),
+    )
+        .prop_map(|(sensors, buses, can, seed, offsets)| Health {
+            sensors,
+            buses,
+            can,
+            seed,
+            offsets,
+        })
+}
+
+fn any_offsets() -> impl Strategy<Value = OffsetReport> {
+    let refusal = (0..5_usize, any::<u16>()).prop_map(|(reason, counts)| match reason {
+        0 => OffsetRefusal::NotDelivering,
+        1 => OffsetRefusal::Unsteady(counts),
+        2 => OffsetRefusal::OutOfRange(counts),
+        3 => OffsetRefusal::AboveRing(counts),
+        _ => OffsetRefusal::AboveStored(counts),
+    });
+    let refused = prop::array::uniform8(prop::option::of(refusal));
+    let origin = prop::sample::select(&OFFSET_ORIGINS[..]);
+    (any::<([u16; 8], bool)>(), origin, refused).prop_map(|((counts, is_kept), origin, refused)| {
+        OffsetReport {
+            offsets: Offsets { counts, origin },
+            is_kept,
+            refused,
+        }
+    })
 }
 
 fn any_event() -> impl Strategy<Value = Event> {
@@ -869,6 +1378,11 @@ fn any_event() -> impl Strategy<Value = Event> {
         done.prop_map(Event::StepDone),
         (any::<u16>(), any_fault()).prop_map(|(input, refused)| Event::Answer { input, refused }),
         any_status().prop_map(Event::Status),
+        any::<u64>().prop_map(|stamp_us| Event::BrokeOff { stamp_us }),
+        any_health().prop_map(Event::Health),
+        any_post_mortem().prop_map(Event::PostMortem),
+        any_supervision().prop_map(Event::Supervision),
+        any_offsets().prop_map(Event::Offsets),
     ]
 }
 
@@ -880,8 +1394,8 @@ fn any_message() -> impl Strategy<Value = Message> {
         any::<u64>().prop_map(Truth::Seed),
     ];
     prop_oneof![
-        6 => any_input().prop_map(Message::Input),
-        7 => any_event().prop_map(Message::Event),
+        7 => any_input().prop_map(Message::Input),
+        10 => any_event().prop_map(Message::Event),
         3 => truth.prop_map(Message::Truth),
     ]
 }
@@ -915,7 +1429,7 @@ proptest! {
     fn arbitrary_payloads_in_good_frames_never_panic(
         payload in prop::collection::vec(any::<u8>(), 0..=117),
         lead in 0..3_u8,
-        variant in 0..8_u8,
+        variant in 0..11_u8,
     ) {
         let bytes = frame_by_the_document(1, 2, &[&[lead, variant], &payload[..]].concat());
         match decode(&bytes) {
@@ -930,13 +1444,16 @@ fn what_is_no_message_of_this_version_is_refused() {
     let hello = [0, 0];
     assert!(decode(&frame_by_the_document(1, 2, &hello)).is_ok());
     let seven_of_particles = [&[1, 3, 0, 7][..], &[9; 7]].concat();
-    let cases: [(&str, &[u8]); 9] = [
+    let cases: [(&str, &[u8]); 12] = [
         ("no payload", &[]),
         ("unknown kind", &[3, 0]),
-        ("unknown input", &[0, 6]),
-        ("unknown event", &[1, 7]),
+        ("unknown input", &[0, 8]),
+        ("unknown event", &[1, 12]),
         ("unknown truth", &[2, 3]),
-        ("unknown fault", &[1, 5, 0, 1, 8]),
+        ("unknown fault", &[1, 5, 0, 1, 12]),
+        ("a Calibrate with a field", &[0, 6, 0]),
+        ("unknown sensor state", &[&[1, 8, 7][..], &[0; 60]].concat()),
+        ("half a health", &[1, 8, 4, 0, 0]),
         ("a field too many", &[0, 0, 0]),
         ("a field too few", &[0, 5]),
         ("outcomes that are no triples", &seven_of_particles),

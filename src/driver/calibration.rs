@@ -42,6 +42,35 @@ pub enum OffsetRefusal {
     AboveStored(u16),
 }
 
+impl core::fmt::Display for OffsetRefusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotDelivering => {
+                write!(
+                    f,
+                    "fewer than {READINGS} trusted readings in {ROUNDS} rounds"
+                )
+            }
+            Self::Unsteady(spread) => {
+                write!(f, "readings lie {spread} counts apart: something moves")
+            }
+            Self::OutOfRange(mean) => write!(f, "{mean} counts are no offset"),
+            Self::AboveRing(counts) => write!(
+                f,
+                "{counts} counts above the ring's median: something is near this sensor"
+            ),
+            Self::AboveStored(counts) => {
+                write!(
+                    f,
+                    "{counts} counts above the offset before: something is near"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for OffsetRefusal {}
+
 /// What the readings of one sensor come to.
 #[derive(Clone, Copy, Debug)]
 struct Tally {

@@ -30,7 +30,7 @@ pub struct Supervision {
     pub image: ImageCheck,
     /// Whether AMiRo's boot loader started the image.
     pub is_under_loader: bool,
-    /// Bytes of the stack that were never used since the start.
+    /// Bytes of the stack that no task has used since the start; 0 before the first look.
     pub stack_unused: u32,
 }
 

@@ -17,7 +17,7 @@ pub use message::{Message, Outgoing, SCENARIO_CHUNK, Truth};
 pub use terminal::{Importance, Terminal};
 
 /// Version of the messages; said in every boot event.
-pub const WIRE_VERSION: u8 = 1;
+pub const WIRE_VERSION: u8 = 2;
 
 /// Inputs that a board takes ahead of their answers.
 pub const WINDOW: u8 = 8;

@@ -5,7 +5,7 @@
 
 use super::{Decoder, Encoder, Losses, Message, Outgoing, Received};
 use crate::config::Source;
-use crate::event::{Boot, Event, Status};
+use crate::event::{Boot, Event, OffsetReport, Status};
 use crate::fault::Fault;
 use crate::input::Input;
 use crate::node::Node;
@@ -43,6 +43,10 @@ pub struct Terminal<'a, const N: usize> {
     broken_frames: u32,
     calibration_wanted: bool,
     is_safe: bool,
+    /// What was last told of the offsets, for a host that comes later.
+    offsets: Option<OffsetReport>,
+    /// How the life before this one ended, likewise.
+    post_mortem: Option<Event>,
 }
 
 impl<'a, const N: usize> Terminal<'a, N> {
@@ -57,6 +61,8 @@ impl<'a, const N: usize> Terminal<'a, N> {
             broken_frames: 0,
             calibration_wanted: false,
             is_safe: false,
+            offsets: None,
+            post_mortem: None,
         }
     }
 
@@ -87,6 +93,18 @@ impl<'a, const N: usize> Terminal<'a, N> {
         self.say(&Event::Boot(self.boot), send);
     }
 
+    /// Says who speaks, how the life before ended if it ended by itself, and the offsets
+    /// if they are known by now.
+    fn greet_back(&mut self, send: &mut impl FnMut(&[u8], Importance)) {
+        self.introduce(send);
+        if let Some(post_mortem) = &self.post_mortem {
+            transmit(&mut self.encoder, post_mortem, send);
+        }
+        if let Some(offsets) = self.offsets {
+            self.say(&Event::Offsets(offsets), send);
+        }
+    }
+
     /// Says how things are.
     pub fn report(&mut self, status: Status, send: &mut impl FnMut(&[u8], Importance)) {
         self.say(&Event::Status(status), send);
@@ -115,8 +133,13 @@ impl<'a, const N: usize> Terminal<'a, N> {
         }
     }
 
-    /// Says something of the board's own.
+    /// Says something of the board's own. Offsets are said again to whoever greets.
     pub fn tell(&mut self, event: &Event, send: &mut impl FnMut(&[u8], Importance)) {
+        match event {
+            Event::Offsets(offsets) => self.offsets = Some(*offsets),
+            Event::PostMortem(_) => self.post_mortem = Some(event.clone()),
+            _ => {}
+        }
         self.say(event, send);
     }
 
@@ -159,7 +182,7 @@ impl<'a, const N: usize> Terminal<'a, N> {
             return Err(Fault::NotAnInput);
         };
         match input {
-            Input::Hello => self.introduce(send),
+            Input::Hello => self.greet_back(send),
             _ if self.is_safe => return Err(Fault::SafeMode),
             Input::Calibrate => self.calibration_wanted = true,
             _ if is_measured(input) && self.node.config().source != Source::Link => {

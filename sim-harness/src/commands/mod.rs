@@ -6,6 +6,7 @@ mod evaluate;
 mod evaluate_report;
 mod figures;
 mod image;
+mod offsets;
 mod record;
 mod replay;
 mod report;
@@ -37,6 +38,8 @@ enum Command {
     Replay(replay::Replay),
     /// Record a robot that reads its own sensors and odometry.
     Record(record::Record),
+    /// Have a robot measure its sensors' offsets, with nothing near it.
+    Offsets(offsets::Offsets),
     /// Drive a simulated robot through a scenario and write the recording.
     Simulate(simulate::Simulate),
     /// Compare the filters with the inverse sensor model over scenarios and seeds.
@@ -68,6 +71,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Figures(figures) => figures.run(),
         Command::Replay(replay) => replay.run(),
         Command::Record(record) => record.run(),
+        Command::Offsets(offsets) => offsets.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Evaluate(evaluate) => evaluate.run(),
         Command::Calibrate(calibrate) => calibrate.run(),

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
-use amiro_ipf::event::{Boot, Event};
+use amiro_ipf::event::{Boot, Event, OffsetReport};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{
@@ -49,7 +49,7 @@ pub enum LinkError {
     },
     /// It said nothing within the deadline.
     Silent,
-    /// It refused the configuration.
+    /// It refused what it was told to begin with.
     Refused(Fault),
     /// It started anew in the middle of a run: what it knew is gone.
     Restarted {
@@ -81,7 +81,7 @@ impl fmt::Display for LinkError {
                 "input {input} was not answered within {} s",
                 ANSWER_DEADLINE.as_secs()
             ),
-            Self::Refused(fault) => write!(f, "the board refused the configuration: {fault}"),
+            Self::Refused(fault) => write!(f, "the board refused what it was told: {fault}"),
             Self::Silent => f.write_str("the board fell silent"),
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
@@ -149,6 +149,7 @@ pub struct Board {
     encoder: Encoder,
     boot: Option<Boot>,
     boot_id: Option<u8>,
+    offsets: Option<OffsetReport>,
     account: Account,
     junk: JunkWatch,
     /// Bytes since the last piece ended.
@@ -192,6 +193,7 @@ impl Board {
             encoder: Encoder::new(HOST_BOOT_ID),
             boot: None,
             boot_id: None,
+            offsets: None,
             account: Account::new(),
             junk: JunkWatch::default(),
             piece_bytes: 0,
@@ -279,12 +281,14 @@ impl Board {
                         let boot = *boot;
                         self.boot = Some(boot);
                         self.boot_id = Some(frame.boot_id);
+                        self.offsets = None;
                         if boot.wire_version != WIRE_VERSION {
                             return Err(LinkError::Version {
                                 board: boot.wire_version,
                             });
                         }
                     }
+                    Message::Event(Event::Offsets(offsets)) => self.offsets = Some(*offsets),
                     // The answer to the greeting: everything before it is behind us.
                     Message::Event(Event::Answer { input, .. })
                         if *input == self.encoder.sequence().wrapping_sub(1) =>
@@ -312,6 +316,12 @@ impl Board {
     #[must_use]
     pub fn boot_id(&self) -> Option<u8> {
         self.boot_id
+    }
+
+    /// The offsets that the board had when it was greeted; `None` if it had none yet.
+    #[must_use]
+    pub fn offsets(&self) -> Option<&OffsetReport> {
+        self.offsets.as_ref()
     }
 
     /// Frames of the board that were lost on the line since the greeting.

@@ -52,7 +52,7 @@ impl LineRun {
             receiver: Receiver {
                 decoder: Decoder::new(),
                 account: Account::since_boot(HOST_NODE_BOOT_ID),
-                order: InOrder::new(),
+                order: InOrder::since_boot(HOST_NODE_BOOT_ID),
                 bytes: Vec::new(),
             },
             first_us: None,

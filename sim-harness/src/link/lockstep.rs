@@ -18,7 +18,8 @@ const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 ///
 /// At most as many inputs are unanswered at a time as the board said it takes ahead;
 /// nothing is lost by design, so the run is exactly repeatable. `on_event` also gets
-/// statuses, which come when the board's clock says so. `on_answer` gets each input's
+/// statuses and healths, which come when the board's clock says so. When a configuration
+/// is the first input, the steps of a run that the board is amid until then are left out. `on_answer` gets each input's
 /// number, from 0, and why it was refused if it was: an input that the board refuses
 /// is one that the host's own node may refuse too.
 ///
@@ -36,6 +37,7 @@ pub fn drive(
         .map_or(1, |boot| usize::from(boot.window.max(1)));
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
     let mut rest = inputs.iter().enumerate();
+    let mut is_in_other_run = matches!(inputs.first(), Some(Input::Configure(_)));
     let mut deadline = Instant::now() + ANSWER_DEADLINE;
     let mut last_deadline = Instant::now() + INPUT_DEADLINE;
     loop {
@@ -60,12 +62,15 @@ pub fn drive(
         let Message::Event(event) = frame.message else {
             continue;
         };
-        if !matches!(event, Event::Status(_)) {
+        if !matches!(event, Event::Status(_) | Event::Health(_)) {
             // The events of a long step on a slow line are progress too.
             deadline = (Instant::now() + ANSWER_DEADLINE).min(last_deadline);
         }
         let Event::Answer { input, refused } = event else {
-            on_event(&event);
+            is_in_other_run &= !matches!(event, Event::Configured(_));
+            if !(is_in_other_run && is_of_a_run(&event)) {
+                on_event(&event);
+            }
             continue;
         };
         let Some(place) = waiting.iter().position(|&(_, sequence)| sequence == input) else {
@@ -74,8 +79,26 @@ pub fn drive(
         let Some((index, _)) = waiting.remove(place) else {
             continue;
         };
+        is_in_other_run = false;
         last_deadline = Instant::now() + INPUT_DEADLINE;
         deadline = Instant::now() + ANSWER_DEADLINE;
         on_answer(index, refused);
+    }
+}
+
+/// Whether an event belongs to the run of one configuration.
+fn is_of_a_run(event: &Event) -> bool {
+    match event {
+        Event::StepBegun(_) | Event::Particles(_) | Event::StepDone(_) | Event::BrokeOff { .. } => {
+            true
+        }
+        Event::Boot(_)
+        | Event::Configured(_)
+        | Event::Answer { .. }
+        | Event::Status(_)
+        | Event::Health(_)
+        | Event::Offsets(_)
+        | Event::PostMortem(_)
+        | Event::Supervision(_) => false,
     }
 }

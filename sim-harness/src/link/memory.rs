@@ -1,25 +1,54 @@
 //! A board in memory: the very terminal of the flash image, on a thread of the host.
+//!
+//! It has sensors if it is given buses with their parts on them. Time then passes for
+//! them when a host asks for something that takes time, and at no other time.
 
 use std::io::{self, Read, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::event::{Boot, ClockSource};
+use amiro_ipf::event::{Boot, ClockSource, Event};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::node::Node;
-use amiro_ipf::wire::{Terminal, WINDOW, WIRE_VERSION};
+use amiro_ipf::senses::{BUSES, Senses};
+use amiro_ipf::wire::{Importance, Terminal, WINDOW, WIRE_VERSION};
 
 use super::Board;
+use crate::bus::RobotBuses;
 
 /// As many particles as the flash image holds.
 const CAPACITY: usize = 8000;
+
+/// Between two looks at the senses, as the flash image has them.
+const PATROL_US: u64 = 500;
+
+/// Time in which sound sensors earn trust and the memory is read, and in which any
+/// measurement of the offsets ends and is written: 62 rounds.
+const SETTLED_US: u64 = 500_000;
 
 impl Board {
     /// A board that runs on a thread. `on_line` sees every frame that the board sends
     /// and says whether it arrives; a frame may be changed on the way.
     #[must_use]
-    pub fn in_memory(mut on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Self {
+    pub fn in_memory(on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Self {
+        Self::on_thread(None, on_line)
+    }
+
+    /// As [`Board::in_memory`], with the robot's own senses on these buses: it answers a
+    /// wish for new offsets, and readings that pass meanwhile are its own inputs.
+    #[must_use]
+    pub fn robot_in_memory(
+        buses: RobotBuses,
+        on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static,
+    ) -> Self {
+        Self::on_thread(Some(Body::new(buses)), on_line)
+    }
+
+    fn on_thread(
+        mut body: Option<Body>,
+        mut on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static,
+    ) -> Self {
         let (to_board, from_host) = channel::<Vec<u8>>();
         let (to_host, from_board) = channel::<Vec<u8>>();
         thread::spawn(move || {
@@ -41,8 +70,17 @@ impl Board {
                     let _ = to_host.send(frame);
                 }
             };
+            if let Some(body) = &mut body {
+                body.live(&mut terminal, &mut send);
+            }
             for byte in from_host.into_iter().flatten() {
                 terminal.receive(byte, &mut send);
+                if terminal.take_calibration()
+                    && let Some(body) = &mut body
+                {
+                    body.senses.calibrate();
+                    body.live(&mut terminal, &mut send);
+                }
             }
         });
         let reader = ChannelReader {
@@ -50,6 +88,56 @@ impl Board {
             rest: Vec::new(),
         };
         Self::over(reader, ChannelWriter(to_board), ())
+    }
+}
+
+/// A robot's senses and the parts that they ask.
+struct Body {
+    senses: Senses,
+    buses: RobotBuses,
+    now_us: u64,
+}
+
+impl Body {
+    fn new(buses: RobotBuses) -> Self {
+        Self {
+            senses: Senses::new(),
+            buses,
+            now_us: 0,
+        }
+    }
+
+    /// Lets half a second pass; what the senses find goes where the flash image's goes.
+    fn live<const N: usize>(
+        &mut self,
+        terminal: &mut Terminal<'_, N>,
+        send: &mut impl FnMut(&[u8], Importance),
+    ) {
+        let end_us = self.now_us + SETTLED_US;
+        while self.now_us < end_us {
+            self.buses.advance_to(self.now_us * 1_000);
+            if let Some(input) = self.senses.poll(self.now_us) {
+                terminal.inject(&input, send);
+            }
+            self.exchange();
+            if let Some(offsets) = self.senses.take_offsets() {
+                terminal.tell(&Event::Offsets(offsets), send);
+            }
+            // A transaction takes its time, and nothing else happens meanwhile.
+            let bus_us = self.buses.now_ns().div_ceil(1_000);
+            self.now_us = bus_us.max(self.now_us + PATROL_US);
+        }
+    }
+
+    /// Executes what the senses want to know until they want nothing more.
+    fn exchange(&mut self) {
+        for (number, bus) in BUSES.into_iter().enumerate() {
+            while let Some(transaction) = self.senses.next(bus, self.now_us) {
+                let result = transaction.run_on(self.buses.bus_mut(number));
+                let result = result.as_deref().map_err(|fault| *fault);
+                self.senses.answer(bus, self.now_us, result);
+            }
+        }
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! All three are a [`Board`]: bytes out, bytes in. [`drive`] feeds one in lock-step,
 //! [`Comparison`] holds its answers against the host's own run. [`record`] listens to a
-//! robot that reads its own sensors. A [`LossyLine`] lies between where faults are
-//! wanted, and an [`Account`] tells what became of every frame.
+//! robot that reads its own sensors, [`measure_offsets`] has it measure their offsets.
+//! A [`LossyLine`] lies between where faults are wanted, and an [`Account`] tells what
+//! became of every frame.
 
 mod account;
 mod board;
@@ -14,6 +15,7 @@ mod line;
 mod line_run;
 mod lockstep;
 mod memory;
+mod offsets;
 mod order;
 mod qemu;
 mod record;
@@ -27,6 +29,7 @@ pub use image::{Image, ImageError, Layout, build_image};
 pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
 pub use line_run::{LineOutcome, LineRun};
 pub use lockstep::drive;
+pub use offsets::{measure_offsets, offsets_in_words};
 pub use order::InOrder;
 pub use qemu::QemuOptions;
 pub use record::{News, RecordError, record};

@@ -25,6 +25,15 @@ impl InOrder {
         Self::default()
     }
 
+    /// Nothing has come yet of a sender whose first frame has number 0.
+    #[must_use]
+    pub fn since_boot(boot_id: u8) -> Self {
+        Self {
+            boot_id: Some(boot_id),
+            ..Self::default()
+        }
+    }
+
     /// Takes a frame and hands on all whose turn it is now.
     pub fn take(&mut self, frame: Frame, mut hand_on: impl FnMut(&Frame)) {
         if self.boot_id != Some(frame.boot_id) {
@@ -78,7 +87,10 @@ mod tests {
     use super::*;
 
     fn order_of(numbers: impl IntoIterator<Item = u16>) -> Vec<u16> {
-        let mut order = InOrder::new();
+        through(InOrder::new(), numbers)
+    }
+
+    fn through(mut order: InOrder, numbers: impl IntoIterator<Item = u16>) -> Vec<u16> {
         let mut came = Vec::new();
         for sequence in numbers {
             let frame = Frame {
@@ -96,6 +108,12 @@ mod tests {
     fn swapped_and_repeated_frames_come_out_once_and_in_order() {
         assert_eq!(order_of([5, 7, 6, 8, 8, 6, 9]), [5, 6, 7, 8, 9]);
         assert_eq!(order_of([65_534, 0, 65_535, 1]), [65_534, 65_535, 0, 1]);
+    }
+
+    #[test]
+    fn the_first_frame_of_a_boot_may_come_second() {
+        assert_eq!(through(InOrder::since_boot(1), [1, 0, 2]), [0, 1, 2]);
+        assert_eq!(order_of([1, 0, 2]), [1, 2], "nobody knew of it");
     }
 
     #[test]

@@ -8,7 +8,8 @@ use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Frame, Message};
 
-use super::{Board, LinkError, drive};
+use super::board::ANSWER_DEADLINE;
+use super::{Board, LinkError};
 use crate::log::RecordingWriter;
 
 /// How long a board that has said nothing may stay silent: it says how it is at 8 Hz.
@@ -64,8 +65,8 @@ enum PartEnd {
 /// Starts a greeted board with a configuration, its own sensors as the source, and
 /// writes whatever it says until `wanted` says that it is enough. The number of parts.
 ///
-/// Each part begins with the configuration and holds the readings that the board took,
-/// so that it replays as any other recording. `open` opens each, counted from 1; there
+/// Each part begins with the configuration and holds the readings that the board took
+/// from then on, so that it replays as any other recording. `open` opens each, counted from 1; there
 /// is one for each boot of the board, since what a board knew is gone with its reset.
 /// Parts are flushed at every status, eight times a second: that much is lost when the
 /// host dies. `wanted` sees all news, while the link is gone ten times a second.
@@ -115,7 +116,14 @@ fn record_part(
     writer: &mut RecordingWriter<impl Write>,
     wanted: &mut impl FnMut(News<'_>) -> bool,
 ) -> Result<PartEnd, RecordError> {
-    start(board, config, writer)?;
+    let own = Config {
+        source: Source::Board,
+        ..*config
+    };
+    let start = Input::Configure(own);
+    writer.write_input(&start)?;
+    writer.write_frames(&begin(board, &start)?)?;
+    writer.flush()?;
     let mut uptime_ms = 0;
     loop {
         let frame = match board.receive_frame(Instant::now() + SILENCE) {
@@ -154,26 +162,30 @@ fn record_part(
     }
 }
 
-/// Configures the board and writes that, with what it answered.
-fn start(
-    board: &mut Board,
-    config: &Config,
-    writer: &mut RecordingWriter<impl Write>,
-) -> Result<(), RecordError> {
-    let own = Config {
-        source: Source::Board,
-        ..*config
-    };
-    let start = Input::Configure(own);
-    writer.write_input(&start)?;
-    let mut refused = None;
-    drive(board, &[start], |_| (), |_, fault| refused = fault)?;
-    if let Some(fault) = refused {
-        return Err(LinkError::Refused(fault).into());
+/// Configures the board; its frames from the one on that says that it is.
+///
+/// What it said before belongs to the run that it was amid.
+fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
+    let sequence = board.send(start)?;
+    let deadline = Instant::now() + ANSWER_DEADLINE;
+    let mut frames = Vec::new();
+    let mut is_configured = false;
+    while let Some(frame) = board.receive_frame(deadline)? {
+        if board.boot_id() != Some(frame.boot_id) {
+            return Err(LinkError::Restarted { input: 0 });
+        }
+        let raw = board.take_raw();
+        is_configured |= matches!(frame.message, Message::Event(Event::Configured(_)));
+        if is_configured {
+            frames.extend(raw);
+        }
+        if let Message::Event(Event::Answer { input, refused }) = frame.message
+            && input == sequence
+        {
+            return refused.map_or(Ok(frames), |fault| Err(LinkError::Refused(fault)));
+        }
     }
-    writer.write_frames(&board.take_raw())?;
-    writer.flush()?;
-    Ok(())
+    Err(LinkError::NoAnswer { input: 0 })
 }
 
 /// Whether the board was reset since it was greeted: its boot id says so, or, should

@@ -30,7 +30,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{SENSORS, Sample};
 
 use super::amiro_header::{COLUMNS, check, fields};
-use super::draft::Draft;
+use super::draft::{Draft, Sender};
 use super::escape::escaped;
 use super::plausibility::{Claimed, doubt_rows};
 use super::source::{Piece, Source};
@@ -242,9 +242,9 @@ fn take(draft: &mut Draft, used: &mut Option<Used>, line: u64, row: Row) -> Cont
         row,
     });
     let pose = row.pose();
-    draft.take_input(place, Input::Odometry { stamp_us, pose })?;
+    draft.take_input(place, Sender::Host, Input::Odometry { stamp_us, pose })?;
     let samples = row.samples();
-    draft.take_input(place, Input::Proximity { stamp_us, samples })
+    draft.take_input(place, Sender::Host, Input::Proximity { stamp_us, samples })
 }
 
 impl Row {

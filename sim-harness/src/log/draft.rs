@@ -19,11 +19,38 @@ pub const MOST_ENTRIES: usize = 4_000_000;
 /// Stamps further apart than this begin a new segment.
 const GAP_US: u64 = 1_000_000;
 
+/// Kinds of inputs that have stamps.
+const KINDS: usize = 4;
+
+/// Who said a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sender {
+    /// A host, a simulator, or the program that wrote a table.
+    Host,
+    /// A board; its inputs are what it read itself.
+    Board,
+}
+
+/// How far the run of a recording has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Run {
+    /// Nothing says with what configuration.
+    Unknown,
+    /// A configuration was given. A board may be amid another run until it takes it.
+    Given(Sender),
+    /// A board has taken it.
+    Taken,
+}
+
 /// A recording in the making.
 #[derive(Debug)]
 pub(super) struct Draft {
     recording: Recording,
-    last_of_kind: [Option<(u64, Input)>; 4],
+    run: Run,
+    /// Places of the board's inputs since the configuration was given, until it is taken.
+    early: Vec<usize>,
+    last_of_host: [Option<(u64, Input)>; KINDS],
+    last_of_board: [Option<(u64, Input)>; KINDS],
     newest_us: Option<u64>,
     room: usize,
 }
@@ -32,7 +59,10 @@ impl Draft {
     pub(super) fn new(format: Format) -> Self {
         Self {
             recording: Recording::new(format),
-            last_of_kind: [None; 4],
+            run: Run::Unknown,
+            early: Vec::new(),
+            last_of_host: [None; KINDS],
+            last_of_board: [None; KINDS],
             newest_us: None,
             room: MOST_ENTRIES,
         }
@@ -47,10 +77,15 @@ impl Draft {
     }
 
     /// Takes an input if it is usable; breaks when nothing after it may be used.
-    pub(super) fn take_input(&mut self, place: Place, input: Input) -> ControlFlow<()> {
+    pub(super) fn take_input(
+        &mut self,
+        place: Place,
+        sender: Sender,
+        input: Input,
+    ) -> ControlFlow<()> {
         let (kind, stamp_us) = match input {
             Input::Hello | Input::Calibrate => return ControlFlow::Continue(()),
-            Input::Configure(config) => return self.take_config(place, config),
+            Input::Configure(config) => return self.take_config(place, sender, config),
             Input::Limit { .. } => {
                 self.make_room(place)?;
                 self.recording.inputs.push(input);
@@ -65,7 +100,7 @@ impl Draft {
             self.refuse(place, Reason::NotFinite, "a number is not finite");
             return ControlFlow::Continue(());
         }
-        if let Some((last_us, last)) = self.last_of_kind.get(kind).copied().flatten() {
+        if let Some((last_us, last)) = self.last_of(sender).get(kind).copied().flatten() {
             if last == input {
                 self.refuse(place, Reason::Repeated, "repeats the input before");
                 return ControlFlow::Continue(());
@@ -76,18 +111,26 @@ impl Draft {
             }
         }
         self.make_room(place)?;
-        if let Some(last) = self.last_of_kind.get_mut(kind) {
+        if let Some(last) = self.last_of(sender).get_mut(kind) {
             *last = Some((stamp_us, input));
         }
         self.count_segment(stamp_us);
+        if self.run != Run::Taken && sender == Sender::Board {
+            self.early.push(self.recording.inputs.len());
+        }
         self.recording.inputs.push(input);
         ControlFlow::Continue(())
     }
 
     /// Takes the first legal configuration; what was before it is forgotten, as a node does.
-    fn take_config(&mut self, place: Place, config: Config) -> ControlFlow<()> {
+    ///
+    /// A board's own after a host's is of the run that the board was amid, or the same.
+    fn take_config(&mut self, place: Place, sender: Sender, config: Config) -> ControlFlow<()> {
         if let Err(error) = config.validate() {
             self.refuse(place, Reason::BadConfiguration, error);
+            return ControlFlow::Continue(());
+        }
+        if (self.run, sender) == (Run::Given(Sender::Host), Sender::Board) {
             return ControlFlow::Continue(());
         }
         let recording = &mut self.recording;
@@ -97,6 +140,8 @@ impl Draft {
             return ControlFlow::Break(());
         }
         recording.config = Some(config);
+        self.run = Run::Given(sender);
+        self.early.clear();
         if recording.inputs.is_empty() {
             return ControlFlow::Continue(());
         }
@@ -106,7 +151,8 @@ impl Draft {
             .events
             .retain(|event| matches!(event, Event::Boot(_)));
         recording.segments = 0;
-        self.last_of_kind = [None; 4];
+        self.last_of_host = [None; KINDS];
+        self.last_of_board = [None; KINDS];
         self.newest_us = None;
         self.refuse(
             place,
@@ -116,11 +162,56 @@ impl Draft {
         ControlFlow::Continue(())
     }
 
-    /// Takes what a board answered.
+    /// Takes what a board answered; breaks where another run begins.
     pub(super) fn take_event(&mut self, place: Place, event: Event) -> ControlFlow<()> {
         self.make_room(place)?;
+        if let Event::Configured(config) = event {
+            match self.run {
+                Run::Given(_) if self.recording.config == Some(config) => self.begin_run(place),
+                // Of the run before, or of one whose beginning is not here.
+                Run::Given(Sender::Host) | Run::Unknown => {}
+                Run::Given(Sender::Board) | Run::Taken => {
+                    let text = "the board takes a configuration: what follows is another run";
+                    self.refuse(place, Reason::SecondRun, text);
+                    return ControlFlow::Break(());
+                }
+            }
+        }
         self.recording.events.push(event);
         ControlFlow::Continue(())
+    }
+
+    /// The board takes the configuration: what it said and read before is of another run.
+    fn begin_run(&mut self, place: Place) {
+        self.run = Run::Taken;
+        self.last_of_board = [None; KINDS];
+        let recording = &mut self.recording;
+        recording
+            .events
+            .retain(|event| matches!(event, Event::Boot(_)));
+        let early = std::mem::take(&mut self.early);
+        if early.is_empty() {
+            return;
+        }
+        let mut number = 0;
+        recording.inputs.retain(|_| {
+            number += 1;
+            early.binary_search(&(number - 1)).is_err()
+        });
+        recording.segments = 0;
+        self.newest_us = None;
+        for place in 0..self.recording.inputs.len() {
+            let stamp_us = self.recording.inputs.get(place).and_then(stamp_of);
+            stamp_us
+                .into_iter()
+                .for_each(|stamp_us| self.count_segment(stamp_us));
+        }
+        let forgotten = early.len();
+        self.refuse(
+            place,
+            Reason::Forgotten,
+            format_args!("{forgotten} inputs of the run that the board was amid are not used"),
+        );
     }
 
     /// Takes where the robot really was.
@@ -154,6 +245,14 @@ impl Draft {
             .get_or_insert_with(GroundTruth::default)
     }
 
+    /// The last inputs of a sender, by kind.
+    fn last_of(&mut self, sender: Sender) -> &mut [Option<(u64, Input)>; KINDS] {
+        match sender {
+            Sender::Host => &mut self.last_of_host,
+            Sender::Board => &mut self.last_of_board,
+        }
+    }
+
     fn refuse_backward(&mut self, place: Place, stamp_us: u64, last_us: u64) {
         self.refuse(
             place,
@@ -185,6 +284,16 @@ impl Draft {
     }
 }
 
+fn stamp_of(input: &Input) -> Option<u64> {
+    match *input {
+        Input::Hello | Input::Configure(_) | Input::Calibrate | Input::Limit { .. } => None,
+        Input::Proximity { stamp_us, .. }
+        | Input::Odometry { stamp_us, .. }
+        | Input::Wheels { stamp_us, .. }
+        | Input::Tick { stamp_us } => Some(stamp_us),
+    }
+}
+
 fn is_finite(input: &Input) -> bool {
     match input {
         Input::Odometry { pose, .. } => pose.is_finite(),
@@ -210,9 +319,13 @@ mod tests {
         let mut draft = Draft::new(Format::Stream);
         draft.room = 3;
         for stamp_us in 0..3 {
-            assert!(draft.take_input(HERE, tick(stamp_us)).is_continue());
+            assert!(
+                draft
+                    .take_input(HERE, Sender::Host, tick(stamp_us))
+                    .is_continue()
+            );
         }
-        assert!(draft.take_input(HERE, tick(3)).is_break());
+        assert!(draft.take_input(HERE, Sender::Host, tick(3)).is_break());
         let recording = draft.finish();
         assert_eq!(recording.inputs.len(), 3);
         assert_eq!(recording.refusals.count_of(Reason::Full), 1);
@@ -228,14 +341,22 @@ mod tests {
     fn configuration_after_inputs_begins_the_run() {
         let mut draft = Draft::new(Format::Stream);
         let config = Config::default();
-        assert!(draft.take_input(HERE, tick(9_000_000)).is_continue());
         assert!(
             draft
-                .take_input(HERE, Input::Configure(config))
+                .take_input(HERE, Sender::Host, tick(9_000_000))
                 .is_continue()
         );
-        assert!(draft.take_input(HERE, tick(5)).is_continue());
-        assert!(draft.take_input(HERE, Input::Configure(config)).is_break());
+        assert!(
+            draft
+                .take_input(HERE, Sender::Host, Input::Configure(config))
+                .is_continue()
+        );
+        assert!(draft.take_input(HERE, Sender::Host, tick(5)).is_continue());
+        assert!(
+            draft
+                .take_input(HERE, Sender::Host, Input::Configure(config))
+                .is_break()
+        );
         let recording = draft.finish();
         assert_eq!(recording.config, Some(config));
         assert_eq!(recording.inputs, [tick(5)]);

@@ -10,13 +10,15 @@ use std::ops::ControlFlow;
 
 use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
 
-use super::draft::Draft;
+use super::draft::{Draft, Sender};
 use super::sequence::{Continuity, Sequences};
 use super::source::Source;
 use super::{Format, LogError, Place, Reason, Recording};
 
 /// Most bytes between two zero bytes of good frames.
 const MOST_ENCODED: usize = MAX_FRAME - 1;
+/// Boot ids of boards lie below this one.
+const BEYOND_BOARDS: u8 = 0xA0;
 /// Most bytes of a scenario.
 const MOST_SCENARIO: usize = 64 * 1024;
 
@@ -69,7 +71,12 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
         if continuity == Continuity::Again {
             continue;
         }
-        if take(&mut draft, &mut scenario, place, frame.message).is_break() {
+        let sender = if frame.boot_id < BEYOND_BOARDS {
+            Sender::Board
+        } else {
+            Sender::Host
+        };
+        if take(&mut draft, &mut scenario, place, (sender, frame.message)).is_break() {
             break;
         }
     }
@@ -99,10 +106,10 @@ fn take(
     draft: &mut Draft,
     scenario: &mut Scenario,
     place: Place,
-    message: Message,
+    (sender, message): (Sender, Message),
 ) -> ControlFlow<()> {
     match message {
-        Message::Input(input) => draft.take_input(place, input)?,
+        Message::Input(input) => draft.take_input(place, sender, input)?,
         Message::Event(event) => draft.take_event(place, event)?,
         Message::Truth(Truth::Pose { stamp_us, pose }) => {
             draft.take_true_pose(place, stamp_us, pose)?;

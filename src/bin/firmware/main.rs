@@ -113,6 +113,7 @@ mod app {
     /// Sleeps until the next interrupt.
     #[idle]
     fn idle(_: idle::Context) -> ! {
+        crate::board::repaint_stack();
         loop {
             cortex_m::asm::wfi();
         }

@@ -31,9 +31,10 @@ pub(super) fn check() -> ImageCheck {
     // SAFETY: a static of our own; volatile, since what the compiler saw it hold is not
     // what is flashed.
     let [length, expected] = unsafe { mark.read_volatile() };
-    let (start, mark) = ((&raw const __vector_table), mark.cast::<u8>());
+    // Addresses: the image is larger than either object.
+    let (start, mark) = ((&raw const __vector_table).addr(), mark.addr());
     let length = length as usize;
-    let Some(before) = mark.addr().checked_sub(start.addr()) else {
+    let Some(before) = mark.checked_sub(start) else {
         return ImageCheck::Unmarked;
     };
     if expected == UNMARKED && length == UNMARKED as usize {
@@ -42,14 +43,16 @@ pub(super) fn check() -> ImageCheck {
     if length > LONGEST || before + MARK > length {
         return ImageCheck::Damaged;
     }
-    // SAFETY: both pieces lie in the chip's flash, between the image's start and the
-    // length that was just found to be no more than the flash; nobody writes it.
-    let (head, tail) = unsafe {
-        (
-            core::slice::from_raw_parts(start, before),
-            core::slice::from_raw_parts(mark.add(MARK), length - before - MARK),
-        )
+    let piece = |address: usize, length: usize| {
+        let first = core::ptr::with_exposed_provenance::<u8>(address);
+        // SAFETY: both pieces lie in the chip's flash, between the image's start and the
+        // length that was just found to be no more than the flash; nobody writes it.
+        unsafe { core::slice::from_raw_parts(first, length) }
     };
+    let (head, tail) = (
+        piece(start, before),
+        piece(mark + MARK, length - before - MARK),
+    );
     let mut digest = CRC.digest();
     digest.update(head);
     digest.update(&[0xff; MARK]);

@@ -34,7 +34,7 @@ use i2c_port::Port;
 pub(crate) use last_words::{keep, live_on, record_of};
 pub(crate) use loader::Loader;
 pub(crate) use robot_lines::{ShutdownLine, StartLine};
-pub(crate) use stack::unused as unused_stack;
+pub(crate) use stack::{repaint as repaint_stack, unused as unused_stack};
 
 /// How long the tasks may leave the watchdog alone, milliseconds: 340 to 941 with an
 /// oscillator of 47 to 17 kHz.

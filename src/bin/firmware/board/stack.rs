@@ -58,7 +58,25 @@ pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
     cortex_m::asm::isb();
 }
 
-/// Bytes above the guard that were never used. Looks at each of them: 1 ms at most.
+/// Paints the stack below its present end anew, so that what the start needed once does
+/// not hide what the tasks need again and again.
+///
+/// To be called by the idle task: tasks that interrupt it have ended when it goes on, so
+/// that nothing lives below its own frame.
+pub(crate) fn repaint() {
+    const OWN_FRAME: u32 = 128;
+    let (_, bottom) = guard();
+    let end = cortex_m::register::msp::read().saturating_sub(OWN_FRAME);
+    for address in (bottom..end).step_by(4) {
+        // SAFETY: an aligned word of the RAM between the guard and the frames that live,
+        // as said above.
+        unsafe {
+            core::ptr::with_exposed_provenance_mut::<u32>(address as usize).write_volatile(PAINT);
+        }
+    }
+}
+
+/// Bytes above the guard that were never used since the last painting. Looks at each of them: 1 ms at most.
 pub(crate) fn unused() -> u32 {
     let (_, bottom) = guard();
     let top = (&raw const _stack_start).addr() as u32;

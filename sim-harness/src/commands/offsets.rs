@@ -1,0 +1,50 @@
+//! `cargo ipf offsets`: what a robot's sensors read with nothing near.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sim_harness::link::{QemuOptions, measure_offsets, offsets_in_words};
+
+use super::{Ending, Outcome, target};
+
+/// Arguments of `offsets`.
+#[derive(Debug, Args)]
+pub(super) struct Offsets {
+    /// Where the robot is: the name of a serial port, or `qemu`.
+    #[arg(long, value_name = "PORT|qemu")]
+    on: String,
+    /// Speed of the serial port, bits a second.
+    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
+    baud: u32,
+    /// Only show the offsets that the board has now.
+    #[arg(long)]
+    read: bool,
+    /// With `--on qemu`: this ELF file instead of one that is built now.
+    #[arg(long, value_name = "FILE")]
+    image: Option<PathBuf>,
+}
+
+impl Offsets {
+    /// Runs the command.
+    pub(super) fn run(self) -> Outcome {
+        let options = QemuOptions::default();
+        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
+        target::greet(&mut board)?;
+        let report = if self.read {
+            board.offsets().copied()
+        } else {
+            measure_offsets(&mut board)?
+        };
+        let Some(report) = report else {
+            eprintln!("the board said nothing of its offsets");
+            return Ok(Ending::Failed);
+        };
+        println!("{}", offsets_in_words(&report));
+        let is_refused = report.refused.iter().any(Option::is_some);
+        Ok(if is_refused && !self.read {
+            Ending::Failed
+        } else {
+            Ending::Good
+        })
+    }
+}

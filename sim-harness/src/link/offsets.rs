@@ -1,0 +1,69 @@
+//! The sensors' offsets: having a board measure them, and saying what it says.
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use amiro_ipf::driver::OffsetOrigin;
+use amiro_ipf::event::{Event, OffsetReport};
+use amiro_ipf::input::Input;
+use amiro_ipf::wire::Message;
+
+use super::{Board, LinkError, drive};
+
+/// How long a measurement may take: 40 rounds at 125 Hz are 0.32 s.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Has a greeted board measure its sensors' offsets; `None` when it said nothing of it
+/// within five seconds.
+///
+/// A board without trusted sensors says so, sensor by sensor.
+///
+/// # Errors
+/// [`LinkError::NoAnswer`], [`LinkError::Refused`], [`LinkError::Restarted`]; a broken
+/// link.
+pub fn measure_offsets(board: &mut Board) -> Result<Option<OffsetReport>, LinkError> {
+    let mut refusal = None;
+    drive(
+        board,
+        &[Input::Calibrate],
+        |_| (),
+        |_, refused| refusal = refused,
+    )?;
+    if let Some(fault) = refusal {
+        return Err(LinkError::Refused(fault));
+    }
+    let deadline = Instant::now() + PATIENCE;
+    while let Some(frame) = board.receive_frame(deadline)? {
+        if board.boot_id() != Some(frame.boot_id) {
+            return Err(LinkError::Restarted { input: 0 });
+        }
+        if let Message::Event(Event::Offsets(report)) = frame.message {
+            return Ok(Some(report));
+        }
+    }
+    Ok(None)
+}
+
+/// The offsets in use, where they come from, and each sensor that was refused, a line
+/// each, the last without its end.
+#[must_use]
+pub fn offsets_in_words(report: &OffsetReport) -> String {
+    let counts = report.offsets.counts.map(|count| count.to_string());
+    let origin = match report.offsets.origin {
+        OffsetOrigin::Defaults => "defaults",
+        OffsetOrigin::Stored => "stored",
+        OffsetOrigin::Measured => "measured",
+    };
+    let kept = if report.is_kept { "kept" } else { "not kept" };
+    let mut words = format!(
+        "offsets of sensors 0 to 7: {} counts\n{origin}, {kept} in the board's memory",
+        counts.join(" ")
+    );
+    for (sensor, refusal) in report.refused.iter().enumerate() {
+        if let Some(refusal) = refusal {
+            // Writing to a string does not fail.
+            let _ = write!(words, "\nsensor {sensor} refused: {refusal}");
+        }
+    }
+    words
+}
