@@ -274,7 +274,8 @@ fn f60_a_map_from_a_line_with_a_bit_error_in_a_thousand_is_within_a_point_of_the
             };
             let (clean, all) = error_of("ok");
             let (disturbed, share) = error_of("ber:1e-3");
-            assert!(all == 1.0 && (0.3..0.5).contains(&share), "{share} arrived");
+            assert!(all > 0.9999, "{all} arrived on a good line");
+            assert!((0.3..0.5).contains(&share), "{share} arrived");
             assert!(
                 disturbed <= clean + 0.01,
                 "{name}, {profile:?}, seed {seed}: OE {disturbed}, clean {clean}"
@@ -925,7 +926,6 @@ fn f62_f66_a_flood_of_garbage_delays_no_status_of_the_board() {
 fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_is_back() {
     let Some(image) = common::image() else { return };
     let options = QemuOptions {
-        leap_over_idle: true,
         can_hang_up: true,
         ..counting()
     };

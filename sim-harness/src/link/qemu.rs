@@ -29,9 +29,6 @@ pub struct QemuOptions {
     pub ram_fill: Option<u8>,
     /// Flash the image with the lowest bit of this byte flipped.
     pub flipped: Option<usize>,
-    /// Let the emulator's clock leap over idle time instead of sleeping: with counted
-    /// instructions, a minute of a board that waits then takes a second or so.
-    pub leap_over_idle: bool,
     /// Lead the serial line to a socket and not to pipes: a host can then hang up and
     /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
     /// that nobody reads would stop the emulator.
@@ -71,10 +68,8 @@ impl Board {
                 .stdout(Stdio::null()),
         };
         command.arg("-kernel").arg(&flash.path);
-        match (options.count_instructions, options.leap_over_idle) {
-            (false, _) => {}
-            (true, false) => _ = command.args(["-icount", "shift=0"]),
-            (true, true) => _ = command.args(["-icount", "shift=0,sleep=off"]),
+        if options.count_instructions {
+            command.args(["-icount", "shift=0"]);
         }
         if let Some(socket) = &options.debugger {
             let socket = socket.display();
