@@ -768,7 +768,7 @@ fn f67_a_wrong_baud_rate_is_named_within_three_seconds() {
 }
 
 #[test]
-fn f67_noise_in_the_middle_of_a_recording_is_named_within_three_seconds() {
+fn f67_noise_in_the_middle_of_a_recording_is_named_within_four_seconds() {
     let (robot, folder) = (Robot::start("f67-mid"), Folder::new("f67-mid"));
     let mut board = Board::on_port(robot.name(), 115_200).unwrap();
     board.greet().unwrap();
