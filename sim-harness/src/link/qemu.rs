@@ -1,11 +1,14 @@
 //! The flash image in QEMU: a board without sensors, with a serial line.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
 
-use super::{Board, Image, Layout, LinkError};
+use super::{Board, Ends, Image, Layout, LinkError};
 
 /// QEMU's name for a board with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
@@ -26,6 +29,10 @@ pub struct QemuOptions {
     pub ram_fill: Option<u8>,
     /// Flash the image with the lowest bit of this byte flipped.
     pub flipped: Option<usize>,
+    /// Lead the serial line to a socket and not to pipes: a host can then hang up and
+    /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
+    /// that nobody reads would stop the emulator.
+    pub can_hang_up: bool,
     /// Listen on this Unix socket for a debugger.
     pub debugger: Option<PathBuf>,
 }
@@ -47,12 +54,20 @@ impl Board {
         command
             .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
             // The first line is USART1, whose start crashes the emulator; ours is the second.
-            .args(["-serial", "null", "-serial", "stdio"])
-            .arg("-kernel")
-            .arg(&flash.path)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
+            .args(["-serial", "null", "-serial"])
             .stderr(Stdio::null());
+        let line = options.can_hang_up.then(|| scratch_path("line"));
+        match &line {
+            None => command
+                .arg("stdio")
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped()),
+            Some(line) => command
+                .arg(format!("unix:{},server=on,wait=off", line.display()))
+                .stdin(Stdio::null())
+                .stdout(Stdio::null()),
+        };
+        command.arg("-kernel").arg(&flash.path);
         if options.count_instructions {
             command.args(["-icount", "shift=0"]);
         }
@@ -81,14 +96,16 @@ impl Board {
             )),
             _ => LinkError::Start(format!("{PROGRAM}: {error}")),
         })?;
-        let (Some(output), Some(input)) = (child.stdout.take(), child.stdin.take()) else {
-            return Err(LinkError::Start(format!("{PROGRAM} has no pipes")));
-        };
+        let pipes = child.stdout.take().zip(child.stdin.take());
         let emulator = Emulator {
             child,
-            _files: (flash, ram),
+            _files: (flash, ram, line.clone().map(|path| ScratchFile { path })),
         };
-        Ok(Self::over(output, input, emulator))
+        match (line, pipes) {
+            (None, Some((output, input))) => Ok(Self::over(output, input, emulator)),
+            (None, None) => Err(LinkError::Start(format!("{PROGRAM} has no pipes"))),
+            (Some(line), _) => Self::reopened_by(move || call(&line), emulator),
+        }
     }
 
     /// Whether QEMU can be started here.
@@ -103,10 +120,45 @@ impl Board {
     }
 }
 
+/// Calls at the emulator's socket, which needs a moment to be there.
+fn call(line: &Path) -> Result<Ends, LinkError> {
+    let deadline = Instant::now() + Duration::from_secs(5);
+    let failed = |error: std::io::Error| LinkError::Start(format!("{}: {error}", line.display()));
+    let stream = loop {
+        match UnixStream::connect(line) {
+            Ok(stream) => break stream,
+            Err(error) if Instant::now() > deadline => return Err(failed(error)),
+            Err(_) => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let reader = stream.try_clone().map_err(failed)?;
+    Ok((Box::new(reader), Box::new(HangsUp(stream))))
+}
+
+/// A socket that is shut down when it is dropped, so that its reader ends too.
+struct HangsUp(UnixStream);
+
+impl Write for HangsUp {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Drop for HangsUp {
+    fn drop(&mut self) {
+        // It may be closed already.
+        let _ = self.0.shutdown(Shutdown::Both);
+    }
+}
+
 /// The emulator's process; ends when dropped.
 struct Emulator {
     child: Child,
-    _files: (ScratchFile, Option<ScratchFile>),
+    _files: (ScratchFile, Option<ScratchFile>, Option<ScratchFile>),
 }
 
 impl Drop for Emulator {
@@ -117,6 +169,14 @@ impl Drop for Emulator {
     }
 }
 
+/// A place for a file that no other emulator uses.
+fn scratch_path(kind: &str) -> PathBuf {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("amiro-ipf-{kind}-{}-{number}.bin", std::process::id());
+    std::env::temp_dir().join(name)
+}
+
 /// A file for the emulator to read; removed when dropped.
 struct ScratchFile {
     path: PathBuf,
@@ -124,10 +184,7 @@ struct ScratchFile {
 
 impl ScratchFile {
     fn write(kind: &str, content: &[u8]) -> Result<Self, LinkError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("amiro-ipf-{kind}-{}-{number}.bin", std::process::id());
-        let path = std::env::temp_dir().join(name);
+        let path = scratch_path(kind);
         std::fs::File::create(&path)
             .and_then(|mut file| file.write_all(content))
             .map_err(|error| LinkError::Start(format!("{}: {error}", path.display())))?;
