@@ -79,6 +79,8 @@ pub struct Senses {
     next_round_us: u64,
     /// A round is under way and its samples were not given yet.
     is_owing: bool,
+    /// A sensor has delivered since the start.
+    has_delivered: bool,
     measurement: Option<OffsetMeasurement>,
     offsets: OffsetReport,
     are_offsets_new: bool,
@@ -99,6 +101,7 @@ impl Senses {
             lines: [Line::default(); 2],
             next_round_us: 0,
             is_owing: false,
+            has_delivered: false,
             measurement: None,
             offsets: OffsetReport::default(),
             are_offsets_new: false,
@@ -151,7 +154,8 @@ impl Senses {
     /// Looks after time, every millisecond or more often: begins rounds, and gives the
     /// samples of each when it is over.
     ///
-    /// Nothing is given for a round in which no sensor delivered.
+    /// Nothing is given until a sensor has delivered for the first time. From then on a
+    /// round in which none did is given as well: the node is to know that all are dead.
     pub fn poll(&mut self, now_us: u64) -> Option<Input> {
         let is_over = BUSES.iter().all(|bus| self.ring.branch_mut(*bus).is_idle());
         let input = if self.is_owing && is_over {
@@ -176,8 +180,8 @@ impl Senses {
         self.is_owing = false;
         self.measure_on(now_us);
         let samples = self.ring.samples(now_us);
-        let is_any = samples.iter().any(|sample| *sample != Sample::Missing);
-        is_any.then_some(Input::Proximity {
+        self.has_delivered |= samples.iter().any(|sample| *sample != Sample::Missing);
+        self.has_delivered.then_some(Input::Proximity {
             stamp_us: now_us,
             samples,
         })

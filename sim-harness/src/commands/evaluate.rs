@@ -72,6 +72,15 @@ pub(super) struct Evaluate {
     /// several sensors, exit code 1 if too much.
     #[arg(long, conflicts_with_all = ["recordings", "check", "json", "stamps"])]
     sensor_faults: bool,
+    /// When the sensor breaks, as a share of the drive's time; the middle of the mazes'
+    /// drives lies in a turn in place.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.5,
+        requires = "sensor_faults"
+    )]
+    breaks_at: f64,
     /// Print what it costs a simulated robot that its odometry's frames do not say when
     /// their pose was reckoned, in the scenarios of several sensors.
     #[arg(long, conflicts_with_all = ["recordings", "check", "json"])]
@@ -151,7 +160,12 @@ impl Evaluate {
         if self.stamps {
             return evaluate_robot::stamps(&StampTrials { scenarios, seeds });
         }
-        evaluate_robot::sensor_faults(&SensorFaultTrials { scenarios, seeds })
+        evaluate_robot::sensor_faults(&SensorFaultTrials {
+            scenarios,
+            seeds,
+            breaks_at: self.breaks_at.clamp(0.0, 1.0),
+            particles_per_sensor: self.particles,
+        })
     }
 
     /// The thresholds that can be asked for: absolute ones hold for the matched sensor

@@ -8,8 +8,9 @@ use super::{Ending, Outcome};
 /// A broken sensor's cost, and whether it is within its bounds.
 pub(super) fn sensor_faults(trials: &SensorFaultTrials) -> Outcome {
     println!(
-        "A robot of which one sensor breaks in the middle of the drive, another one for each \
+        "A robot of which one sensor breaks after {:.0} % of the drive, another one for each \
          seed; {} drives",
+        100.0 * trials.breaks_at,
         trials.scenarios.len() as u64 * (trials.seeds.end - trials.seeds.start) * 4
     );
     let rows = trials.run()?;

@@ -13,7 +13,7 @@ use crate::RunError;
 use crate::evaluation::{Figure, Scores, Spread};
 use crate::world::{Drive, Options, Scenario};
 
-/// How one sensor is broken from the middle of a drive on.
+/// How one sensor is broken from some time of a drive on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorTrouble {
     /// Unplugged.
@@ -67,6 +67,10 @@ pub struct SensorFaultTrials {
     pub scenarios: Vec<Scenario>,
     /// Seeds of noise, clocks and filters; the end is excluded.
     pub seeds: Range<u64>,
+    /// When the sensor breaks, as a share of the drive's time.
+    pub breaks_at: f64,
+    /// Particles for each sensor in use.
+    pub particles_per_sensor: u16,
 }
 
 /// One scenario and profile, without trouble or with one: figures over the seeds.
@@ -119,7 +123,7 @@ impl SensorFaultTrials {
             let seeds: Vec<u64> = self.seeds.clone().collect();
             let drives: Result<Vec<_>, RunError> = seeds
                 .par_iter()
-                .map(|seed| scores(scenario, *seed))
+                .map(|seed| self.scores(scenario, *seed))
                 .collect();
             let drives = drives?;
             for (place, profile) in PROFILES.into_iter().enumerate() {
@@ -133,35 +137,36 @@ impl SensorFaultTrials {
         }
         Ok(rows)
     }
+
+    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[DriveScores; 2], RunError> {
+        let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
+        let sensor = (seed % SENSORS as u64) as usize;
+        let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
+        let sound = driven(RobotFaults::none());
+        let broken = SensorTrouble::ALL
+            .map(|trouble| driven(RobotFaults::none().from(from_us, trouble.of(sensor))));
+        let of_profile = |profile| -> Result<DriveScores, RunError> {
+            let config = Config {
+                seed,
+                particles_per_sensor: self.particles_per_sensor,
+                ..scenario.config(profile)
+            };
+            let judged = |whole: &RobotDrive| -> Result<Scores, RunError> {
+                Ok(map(scenario, &config, &whole.inputs())?.scores(scenario))
+            };
+            let [dead, saturated, stuck] = &broken;
+            Ok([
+                judged(&sound)?,
+                judged(dead)?,
+                judged(saturated)?,
+                judged(stuck)?,
+            ])
+        };
+        Ok([of_profile(Profile::Paper)?, of_profile(Profile::Plus)?])
+    }
 }
 
 const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
-
-fn scores(scenario: &Scenario, seed: u64) -> Result<[DriveScores; 2], RunError> {
-    let middle_us = Drive::of(scenario).end_us() / 2;
-    let sensor = (seed % SENSORS as u64) as usize;
-    let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
-    let sound = driven(RobotFaults::none());
-    let broken = SensorTrouble::ALL
-        .map(|trouble| driven(RobotFaults::none().from(middle_us, trouble.of(sensor))));
-    let of_profile = |profile| -> Result<DriveScores, RunError> {
-        let config = Config {
-            seed,
-            ..scenario.config(profile)
-        };
-        let judged = |whole: &RobotDrive| -> Result<Scores, RunError> {
-            Ok(map(scenario, &config, &whole.inputs())?.scores(scenario))
-        };
-        let [dead, saturated, stuck] = &broken;
-        Ok([
-            judged(&sound)?,
-            judged(dead)?,
-            judged(saturated)?,
-            judged(stuck)?,
-        ])
-    };
-    Ok([of_profile(Profile::Paper)?, of_profile(Profile::Plus)?])
-}
 
 fn row(
     scenario: &Scenario,
