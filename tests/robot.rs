@@ -87,12 +87,12 @@ fn told_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input
     let drive = Drive::of(scenario);
     let end_us = STARTS_DRIVING_US + drive.end_us() + 100_000;
     let mut inputs = Vec::new();
-    // Configured in the first round; trusted after ten readings.
-    for round in 10.. {
+    // Configured in round 0, nothing measured before round 1; trusted after ten readings.
+    for round in 11.. {
         let begins_us = 8_000 * round;
-        // Half a millisecond to the first byte, 96 bytes of 22.5 us to the last of a
+        // Half a millisecond to the first byte, 88 bytes of 22.5 us to the last of a
         // bus's four sensors, and the next look after that.
-        let stamp_us = begins_us + 3_000;
+        let stamp_us = begins_us + 2_500;
         if stamp_us >= end_us {
             break;
         }
@@ -132,7 +132,7 @@ fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_
     for (name, profile, seed) in [
         ("msm_l", Profile::Plus, 1),
         ("msod", Profile::Paper, 2),
-        ("ssso", Profile::Plus, 3),
+        ("msso", Profile::Plus, 3),
     ] {
         let scenario = scenario(name);
         let options = Options::default();
@@ -346,16 +346,21 @@ fn f01_a_dead_sensor_is_named_within_one_step() {
         let mut particles = set();
         let robot = robot(&scenario, seed, faults);
         let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
-        let mut seen = 0;
+        let (mut seen, mut named_at_step) = (0, 0);
         while let Some(report) = watched.go_on() {
             let steps = watched.steps.len();
+            if report.at_us < dead_us + 32_000 {
+                named_at_step = steps;
+            }
             let without = SensorMask(watched.node.status().without);
-            if report.at_us < dead_us && steps > 0 {
+            // The first step may come before the last sensor has earned trust.
+            if report.at_us < dead_us && steps > 1 {
                 assert_eq!(without, SensorMask::NONE, "sensor {sensor}");
             }
-            // A step takes 125 ms.
-            if report.at_us > dead_us + 125_000 {
-                assert_eq!(without, SensorMask::NONE.with(sensor));
+            // Three rounds of 8 ms, and what is left of the one before.
+            if steps > named_at_step && report.at_us > dead_us + 32_000 {
+                named_at_step = steps;
+                assert_eq!(without, SensorMask::NONE.with(sensor), "sensor {sensor}");
                 let missing = watched.robot.sensors()[sensor] == SensorState::Missing;
                 assert!(missing, "sensor {sensor}: {:?}", watched.robot.sensors());
                 let others = watched.robot.sensors().into_iter().enumerate();
@@ -364,7 +369,7 @@ fn f01_a_dead_sensor_is_named_within_one_step() {
                 seen += 1;
             }
         }
-        assert!(seen > 400, "{seen}");
+        assert!(seen > 20, "{seen} steps");
     }
 }
 
@@ -437,7 +442,7 @@ fn f20_while_the_bus_is_silent_nothing_moves_and_then_it_goes_on() {
         );
         let after = watched.steps.iter();
         let after = after.filter(|(at_us, _)| *at_us > from_us + silent_us);
-        assert!(after.count() > 10, "{name}, {silent_us} us");
+        assert!(after.count() > 3, "{name}, {silent_us} us");
         // At 80 mm/s 200 ms of prediction are 16 mm, and 5 mm are the odometry's own.
         for (at_us, off_m) in watched.off_m(|_| [0.0; 2]) {
             assert!(
@@ -457,7 +462,9 @@ fn f21_a_bus_that_is_off_for_120_ms_costs_nothing() {
         let off = mapped(&scenario, Profile::Plus, seed, off);
         let sound = mapped(&scenario, Profile::Plus, seed, RobotFaults::none());
         assert!(off.outcome.steps.abs_diff(sound.outcome.steps) <= 1);
-        assert_eq!(off.outcome.faults().count(), sound.outcome.faults().count());
+        // Two lost frames of 63 ms: the last one's pose is too old for 14 ms.
+        let stale = off.outcome.refusals.len() - sound.outcome.refusals.len();
+        assert!(stale <= 3, "seed {seed}: {:?}", off.outcome);
         let (off, sound) = (off.scores(&scenario), sound.scores(&scenario));
         let loss = off.oe.unwrap() - sound.oe.unwrap();
         assert!(loss <= 0.005, "seed {seed}: {off}\n{sound}");

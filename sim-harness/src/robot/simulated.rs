@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{Bus, SensorState};
+use amiro_ipf::driver::{Bus, SensorState, Transaction};
 use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::health::{CanHealth, Health};
@@ -114,8 +114,16 @@ impl Robot {
     ) -> Self {
         let scene = Scene::of(scenario, seed, options);
         let mut buses = buses(scene.used());
-        if let SensorClocks::Scattered { seed } = rhythm.sensors {
-            buses.scatter_clocks(seed);
+        match rhythm.sensors {
+            SensorClocks::Scattered { seed } => buses.scatter_clocks(seed),
+            SensorClocks::Together { .. } => {
+                for sensor in 0..SENSORS {
+                    // Nothing is measured before its time.
+                    buses
+                        .sensor_mut(sensor)
+                        .set_phase(STARTS_DRIVING_US * 1_000);
+                }
+            }
         }
         for (when_us, trouble) in faults.all() {
             if let Trouble::Unplugged { sensor } = trouble {
@@ -180,10 +188,8 @@ impl Robot {
         self.take_frames();
         self.buses.advance_to(self.now_us * 1_000);
         self.light_the_sensors();
-        let until_us = self.now_us + PATROL_US;
-        for bus in BUSES {
-            self.serve(bus, until_us);
-        }
+        // What is pending now is begun; a round that begins now is, at the next patrol.
+        let pending = BUSES.map(|bus| (bus, self.senses.next(bus, self.now_us)));
         if let Some(input) = self.senses.poll(self.now_us) {
             self.report(Said::Samples(input));
         }
@@ -194,6 +200,10 @@ impl Robot {
         if self.patrols.is_multiple_of(HEALTH_EVERY) {
             self.report(Said::Health(self.health()));
         }
+        let until_us = self.now_us + PATROL_US;
+        for (bus, pending) in pending {
+            self.serve(bus, pending, until_us);
+        }
         self.now_us = until_us;
     }
 
@@ -203,18 +213,19 @@ impl Robot {
     }
 
     /// Executes a bus's transactions, one after the other, until a patrol's time is over.
-    fn serve(&mut self, bus: Bus, until_us: u64) {
+    fn serve(&mut self, bus: Bus, pending: Option<Transaction>, until_us: u64) {
         let line = self.buses.bus_mut(index_of(bus));
-        while line.now_ns() < until_us * 1_000 {
-            let begun_us = line.now_ns() / 1_000;
-            let Some(transaction) = self.senses.next(bus, begun_us) else {
-                return;
-            };
+        let mut next = pending;
+        while let Some(transaction) = next {
             let result = transaction.run_on(line);
             let result = result.as_ref().map(|answer| &**answer);
-            let ended_us = line.now_ns() / 1_000;
+            let now_us = line.now_ns() / 1_000;
             self.senses
-                .answer(bus, ended_us, result.map_err(|fault| *fault));
+                .answer(bus, now_us, result.map_err(|fault| *fault));
+            if now_us >= until_us {
+                return;
+            }
+            next = self.senses.next(bus, now_us);
         }
     }
 
