@@ -6,6 +6,7 @@
 //! image's interrupts on a robot and a loop in a simulation.
 
 mod store;
+mod update_clock;
 
 use crate::can::{Frame, Message, RingSchedule, proximity_ring};
 use crate::driver::{
@@ -19,6 +20,9 @@ use crate::input::Input;
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
 use store::OffsetStore;
+use update_clock::UpdateClock;
+
+pub use update_clock::ODOMETRY_AGE_US;
 
 /// The two I2C buses, in the order of their numbers.
 pub const BUSES: [Bus; 2] = [Bus::I2c1, Bus::I2c2];
@@ -28,10 +32,6 @@ const STORE_BUS: Bus = Bus::I2c2;
 
 /// Time between two rounds of the sensors: 125 Hz.
 pub const ROUND_US: u64 = 8_000;
-
-/// Age of the odometry in a frame when it comes, in the mean: the wheels' board reckons
-/// every 50 ms and sends at another rhythm, so that it is anything from 0 to 50 ms old.
-pub const ODOMETRY_AGE_US: u64 = 25_000;
 
 /// A robot whose odometry changed so long ago is still taken to be moving: three frames.
 const MOVING_FOR_US: u64 = 200_000;
@@ -85,6 +85,7 @@ pub struct Senses {
     offsets: OffsetReport,
     are_offsets_new: bool,
     schedule: RingSchedule,
+    updates: UpdateClock,
     last_pose: Option<Pose>,
     moved_us: Option<u64>,
     can: CanHealth,
@@ -106,6 +107,7 @@ impl Senses {
             offsets: OffsetReport::default(),
             are_offsets_new: false,
             schedule: RingSchedule::default(),
+            updates: UpdateClock::default(),
             last_pose: None,
             moved_us: None,
             can: CanHealth::default(),
@@ -201,7 +203,7 @@ impl Senses {
                 }
                 self.last_pose = Some(pose);
                 Heard::Input(Input::Odometry {
-                    stamp_us: now_us.saturating_sub(ODOMETRY_AGE_US),
+                    stamp_us: self.updates.stamp(now_us, pose),
                     pose,
                 })
             }
