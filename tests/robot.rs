@@ -82,6 +82,8 @@ fn rounded(pose: &Pose) -> Pose {
 
 /// What a node is to be told of a robot whose sensors all measure 6 ms into each round,
 /// without any of the robot's parts: from the world's counts and the driven way.
+///
+/// The frames' stamps alone are the robot's; what they are worth is another test's.
 fn told_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input> {
     let mut scene = Scene::of(scenario, seed, &Options::default());
     let drive = Drive::of(scenario);
@@ -191,6 +193,35 @@ fn equal_seeds_give_equal_reports_and_others_do_not() {
     let offsets = offsets.unwrap();
     assert_eq!(offsets.offsets.counts, OFFSETS);
     assert!(offsets.is_kept);
+}
+
+#[test]
+fn a_pose_is_stamped_with_its_time_to_some_milliseconds_once_the_robot_has_driven() {
+    let scenario = scenario("msm_t");
+    for seed in 1..=6 {
+        let whole = drive(robot(&scenario, seed, RobotFaults::none()));
+        let errors_us = whole.reports.iter().filter_map(|report| match report.said {
+            Said::Pose {
+                input: Input::Odometry { stamp_us, .. },
+                updated_us,
+            } => Some((report.at_us, stamp_us.abs_diff(updated_us))),
+            _ => None,
+        });
+        let errors_us: Vec<(u64, u64)> = errors_us.collect();
+        // As old as any pose can be, less the mean age.
+        let worst_us = errors_us.iter().map(|(_, error_us)| *error_us).max();
+        assert!(worst_us <= Some(25_000), "seed {seed}: {worst_us:?}");
+        // A second of driving, 13 ms of doubt.
+        let is_driving = |at_us: u64| at_us > STARTS_DRIVING_US + 1_000_000;
+        let driving = errors_us.iter().filter(|(at_us, _)| is_driving(*at_us));
+        let (count, sum_us) = driving.fold((0, 0), |(count, sum_us), (_, error_us)| {
+            (count + 1, sum_us + error_us)
+        });
+        assert!(
+            count > 100 && sum_us < 3_000 * count,
+            "seed {seed}: {sum_us} us in {count}"
+        );
+    }
 }
 
 /// Scores with a sensor's trouble from the middle on, and without.

@@ -1,6 +1,6 @@
 //! What `evaluate` says of a simulated robot: its stamps, its broken sensors.
 
-use sim_harness::evaluation::Figure;
+use sim_harness::evaluation::{Figure, Spread};
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 
 use super::{Ending, Outcome};
@@ -33,23 +33,24 @@ pub(super) fn sensor_faults(trials: &SensorFaultTrials) -> Outcome {
 pub(super) fn stamps(trials: &StampTrials) -> Outcome {
     println!(
         "A robot's OE % with exact poses / frames with the time of their pose / as its senses \
-         stamp them; farthest pose of a step from the truth, mm"
+         stamp them / 25 ms before they came;"
     );
+    println!("and how far the last three put a step from the truth, RMS, mm");
     for row in trials.run()? {
-        let percent = |share: Option<f64>| Figure {
-            value: share.map(|share| 100.0 * share),
-            decimals: 2,
+        let figure = |value: Option<f64>, scale: f64, decimals| Figure {
+            value: value.map(|value| scale * value),
+            decimals,
         };
-        let [true_m, own_m] = row.farthest_m;
+        let percent = |spread: Spread| figure(spread.mean, 100.0, 2);
+        let [true_mm, own_mm, age_mm] = row.off_m.map(|off_m| figure(off_m.mean, 1e3, 1));
         println!(
-            "{:6} {:6} {:5} / {:5} / {:5}   {:.1} / {:.1}",
+            "{:6} {:6} {:5} / {:5} / {:5} / {:5}   {true_mm:4} / {own_mm:4} / {age_mm:4}",
             row.scenario,
             format!("{:?}", row.profile).to_lowercase(),
-            percent(row.exact.mean),
-            percent(row.true_stamps.mean),
-            percent(row.own_stamps.mean),
-            1e3 * true_m,
-            1e3 * own_m
+            percent(row.exact),
+            percent(row.true_stamps),
+            percent(row.own_stamps),
+            percent(row.mean_age),
         );
     }
     Ok(Ending::Good)

@@ -10,7 +10,7 @@ use amiro_ipf::health::{CanHealth, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::random::Generator;
 use amiro_ipf::seed::SeedSource;
-use amiro_ipf::senses::{BUSES, Heard, Senses};
+use amiro_ipf::senses::{BUSES, Heard, ODOMETRY_AGE_US, Senses};
 use amiro_ipf::sensor::SENSORS;
 
 use super::bring_up::{buses, plug};
@@ -368,6 +368,23 @@ impl RobotDrive {
                 input: Input::Odometry { pose, .. },
                 updated_us: stamp_us,
             } => Some(Input::Odometry { stamp_us, pose }),
+            said => said.input(),
+        });
+        inputs.flatten().collect()
+    }
+
+    /// The inputs of a node that takes every frame's pose for as old as poses are in the
+    /// mean.
+    #[must_use]
+    pub fn inputs_with_mean_age(&self) -> Vec<Input> {
+        let inputs = self.reports.iter().map(|report| match report.said {
+            Said::Pose {
+                input: Input::Odometry { pose, .. },
+                ..
+            } => Some(Input::Odometry {
+                stamp_us: report.at_us.saturating_sub(ODOMETRY_AGE_US),
+                pose,
+            }),
             said => said.input(),
         });
         inputs.flatten().collect()

@@ -12,7 +12,7 @@ use crate::RunError;
 use crate::evaluation::Spread;
 use crate::world::{Options, Scenario};
 
-/// The same drives of a robot with three odometries.
+/// The same drives of a robot with four odometries.
 #[derive(Clone, Debug)]
 pub struct StampTrials {
     /// The worlds and drives.
@@ -34,9 +34,11 @@ pub struct StampRow {
     pub true_stamps: Spread,
     /// With the frames' poses as the senses stamp them.
     pub own_stamps: Spread,
-    /// Largest distance between a step's pose and the truth with true stamps, and with
-    /// the senses' own, metres.
-    pub farthest_m: [f64; 2],
+    /// With every frame's pose taken for as old as poses are in the mean.
+    pub mean_age: Spread,
+    /// Distance of the steps' poses from the truth with true stamps, with the senses'
+    /// own and with the mean age, root of the mean square over a drive, metres.
+    pub off_m: [Spread; 3],
 }
 
 impl StampTrials {
@@ -64,9 +66,9 @@ impl StampTrials {
             let errors: Vec<Option<f64>> = drives.iter().map(|(oe, _)| oe[of]).collect();
             Spread::of(&errors)
         };
-        let farthest = |of: usize| {
-            let each = drives.iter().map(|(_, off_m)| off_m[of]);
-            each.fold(0.0, f64::max)
+        let off = |of: usize| {
+            let each: Vec<_> = drives.iter().map(|(_, off_m)| off_m[of]).collect();
+            Spread::of(&each)
         };
         Ok(StampRow {
             scenario: scenario.name.clone(),
@@ -74,42 +76,47 @@ impl StampTrials {
             exact: spread(0),
             true_stamps: spread(1),
             own_stamps: spread(2),
-            farthest_m: [farthest(1), farthest(2)],
+            mean_age: spread(3),
+            off_m: [off(1), off(2), off(3)],
         })
     }
 }
 
-/// Overall errors of one drive with the three odometries, and how far the steps' poses
+/// Overall errors of one drive with the four odometries, and how far the steps' poses
 /// were from the truth.
 fn errors(
     scenario: &Scenario,
     profile: Profile,
     seed: u64,
-) -> Result<([Option<f64>; 3], [f64; 3]), RunError> {
+) -> Result<([Option<f64>; 4], [Option<f64>; 4]), RunError> {
     let config = Config {
         seed,
         ..scenario.config(profile)
     };
     let robot = Robot::new(scenario, seed, &Options::default(), RobotFaults::none());
     let whole = drive(robot);
-    let true_pose = |stamp_us: u64| {
+    let true_place = |stamp_us: u64| {
         let at = whole.poses.partition_point(|(at_us, _)| *at_us < stamp_us);
         whole.poses.get(at).map(|(_, pose)| pose.position)
     };
-    let variants: [Vec<Input>; 3] = [
+    let variants: [Vec<Input>; 4] = [
         whole.inputs_with_true_poses(),
         whole.inputs_with_true_stamps(),
         whole.inputs(),
+        whole.inputs_with_mean_age(),
     ];
-    let (mut oe, mut farthest_m) = ([None; 3], [0.0; 3]);
-    for ((inputs, oe), farthest_m) in variants.iter().zip(&mut oe).zip(&mut farthest_m) {
+    let (mut oe, mut off_m) = ([None; 4], [None; 4]);
+    for ((inputs, oe), off_m) in variants.iter().zip(&mut oe).zip(&mut off_m) {
         let mapped = map(scenario, &config, inputs)?;
         *oe = mapped.scores(scenario).oe;
-        let off = mapped.steps().filter_map(|step| {
-            let off = true_pose(step.stamp_us)? - step.pose.position;
-            Some(f64::from(off.norm()))
+        let squares = mapped.steps().filter_map(|step| {
+            let off = true_place(step.stamp_us)? - step.pose.position;
+            Some(f64::from(off.norm()).powi(2))
         });
-        *farthest_m = off.fold(0.0, f64::max);
+        let (count, sum) = squares.fold((0_u32, 0.0), |(count, sum), square| {
+            (count + 1, sum + square)
+        });
+        *off_m = (count > 0).then(|| (sum / f64::from(count)).sqrt());
     }
-    Ok((oe, farthest_m))
+    Ok((oe, off_m))
 }
