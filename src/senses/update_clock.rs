@@ -85,7 +85,9 @@ impl Window {
 ///
 /// Without motion, and for the first quarter of a second of it, poses are stamped
 /// [`ODOMETRY_AGE_US`] before their frame, which is off by 25 ms at most; afterwards by
-/// some milliseconds, and in the end by one.
+/// some milliseconds, and in the end by one. A frame that comes with an update, of a robot
+/// that stands or changes its speed, may be counted to the update before: one frame in a
+/// hundred is then a whole period off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct UpdateClock {
     last: Option<Came>,
