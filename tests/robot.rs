@@ -339,7 +339,7 @@ impl<'a> Watched<'a> {
         Some(report)
     }
 
-    fn to_the_end(&mut self) {
+    fn finish(&mut self) {
         while self.go_on().is_some() {}
     }
 
@@ -464,7 +464,7 @@ fn f20_while_the_bus_is_silent_nothing_moves_and_then_it_goes_on() {
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
         let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
-        watched.to_the_end();
+        watched.finish();
         let from_us = from_us + STARTS_DRIVING_US;
         let is_silent = |at_us: &u64| (from_us + 375_000..from_us + silent_us).contains(at_us);
         let steps = watched.steps.iter();
@@ -514,7 +514,7 @@ fn f22_without_a_bus_from_the_start_there_is_no_step_and_the_sensors_are_well() 
     let mut particles = set();
     let robot = robot(&scenario, 100, faults);
     let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
-    watched.to_the_end();
+    watched.finish();
     assert_eq!(watched.node.status().steps, 0);
     assert_eq!(watched.node.status().last_fault, Some(Fault::NoPose));
     assert!(
@@ -548,7 +548,7 @@ fn f31_a_jump_in_the_frames_smears_nothing_and_what_insists_is_a_new_origin() {
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
         let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
-        watched.to_the_end();
+        watched.finish();
         assert_eq!(watched.broke_off.len(), breaks_off, "{length_us} us");
         let new_origin_us = watched.broke_off.first().copied().unwrap_or(u64::MAX);
         let off = watched.off_m(|at_us| {

@@ -82,13 +82,12 @@ impl StampTrials {
     }
 }
 
+/// Overall errors, and distances from the truth, by odometry.
+type DriveErrors = ([Option<f64>; 4], [Option<f64>; 4]);
+
 /// Overall errors of one drive with the four odometries, and how far the steps' poses
 /// were from the truth.
-fn errors(
-    scenario: &Scenario,
-    profile: Profile,
-    seed: u64,
-) -> Result<([Option<f64>; 4], [Option<f64>; 4]), RunError> {
+fn errors(scenario: &Scenario, profile: Profile, seed: u64) -> Result<DriveErrors, RunError> {
     let config = Config {
         seed,
         ..scenario.config(profile)
