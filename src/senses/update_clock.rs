@@ -219,7 +219,7 @@ mod tests {
                 let updated_us = at_us - (at_us - phase_us) % PERIOD_US;
                 let way_m = (updated_us - phase_us) as f32 * 1e-6 * speed_m_per_s;
                 // As the message leaves it.
-                let x = (way_m / 256e-6).floor() * 256e-6;
+                let x = (way_m / 256e-6) as u32 as f32 * 256e-6;
                 let stamp_us = clock.stamp(at_us, Pose::new(x, 0.0, 0.0));
                 assert!(stamp_us >= last_us && stamp_us <= at_us);
                 last_us = stamp_us;

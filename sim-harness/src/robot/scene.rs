@@ -80,7 +80,7 @@ impl Scene {
         raw.get(sensor).copied()
     }
 
-    /// Where the robot is at a time of the drive, nanoseconds.
+    /// Where the robot is at a time of the drive, microseconds.
     #[must_use]
     pub fn pose_at(&self, drive_us: u64) -> Pose {
         self.drive.pose_at(drive_us)
