@@ -13,6 +13,7 @@
 //! here), lost samples other than by faults on the buses, and a frame's way over its bus.
 
 mod bring_up;
+mod driven;
 mod faults;
 mod mapped;
 mod rhythm;
@@ -23,12 +24,13 @@ mod stamps;
 mod wheel_board;
 
 pub use bring_up::OFFSETS;
+pub use driven::{RobotDrive, drive};
 pub use faults::{RobotFaults, Trouble};
 pub use mapped::{Mapped, map};
 pub use rhythm::{Rhythm, SensorClocks};
 pub use scene::Scene;
 pub use sensor_faults::{SensorFaultRow, SensorFaultTrials, SensorTrouble};
-pub use simulated::{Report, Robot, RobotDrive, STARTS_DRIVING_US, Said, drive};
+pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
 pub use stamps::{StampRow, StampTrials};
 
 use amiro_ipf::filter::Profile;
