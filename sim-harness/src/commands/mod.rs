@@ -4,6 +4,7 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
+mod evaluate_robot;
 mod figures;
 mod image;
 mod offsets;
