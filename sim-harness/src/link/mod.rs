@@ -9,6 +9,8 @@
 mod account;
 mod board;
 mod comparison;
+#[cfg(unix)]
+mod hang_up;
 mod image;
 mod junk;
 mod line;

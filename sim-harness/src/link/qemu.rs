@@ -1,14 +1,13 @@
 //! The flash image in QEMU: a board without sensors, with a serial line.
 
 use std::io::Write;
-use std::net::Shutdown;
-use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
 
-use super::{Board, Ends, Image, Layout, LinkError};
+#[cfg(unix)]
+use super::hang_up;
+use super::{Board, Image, Layout, LinkError};
 
 /// QEMU's name for a board with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
@@ -104,7 +103,12 @@ impl Board {
         match (line, pipes) {
             (None, Some((output, input))) => Ok(Self::over(output, input, emulator)),
             (None, None) => Err(LinkError::Start(format!("{PROGRAM} has no pipes"))),
-            (Some(line), _) => Self::reopened_by(move || call(&line), emulator),
+            #[cfg(unix)]
+            (Some(line), _) => Self::reopened_by(move || hang_up::call(&line), emulator),
+            #[cfg(not(unix))]
+            (Some(_), _) => Err(LinkError::Start(
+                "there are no Unix sockets here".to_owned(),
+            )),
         }
     }
 
@@ -117,41 +121,6 @@ impl Board {
             .stderr(Stdio::null())
             .status()
             .is_ok_and(|status| status.success())
-    }
-}
-
-/// Calls at the emulator's socket, which needs a moment to be there.
-fn call(line: &Path) -> Result<Ends, LinkError> {
-    let deadline = Instant::now() + Duration::from_secs(5);
-    let failed = |error: std::io::Error| LinkError::Start(format!("{}: {error}", line.display()));
-    let stream = loop {
-        match UnixStream::connect(line) {
-            Ok(stream) => break stream,
-            Err(error) if Instant::now() > deadline => return Err(failed(error)),
-            Err(_) => std::thread::sleep(Duration::from_millis(10)),
-        }
-    };
-    let reader = stream.try_clone().map_err(failed)?;
-    Ok((Box::new(reader), Box::new(HangsUp(stream))))
-}
-
-/// A socket that is shut down when it is dropped, so that its reader ends too.
-struct HangsUp(UnixStream);
-
-impl Write for HangsUp {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.0.flush()
-    }
-}
-
-impl Drop for HangsUp {
-    fn drop(&mut self) {
-        // It may be closed already.
-        let _ = self.0.shutdown(Shutdown::Both);
     }
 }
 
