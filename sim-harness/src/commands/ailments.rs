@@ -13,7 +13,12 @@ pub(super) fn ailments(health: &Health) -> String {
         .zip(&health.buses)
         .filter(|(_, bus)| bus.state != BusState::Working)
         .map(|(number, bus)| format!("I2C{number}: {:?}", bus.state));
-    let can = (health.can.state != CanState::On).then(|| format!("CAN: {:?}", health.can.state));
+    let can = match health.can.state {
+        CanState::On => None,
+        // A board without a bus goes from one to the other once a second.
+        CanState::Absent | CanState::Joining => Some("CAN: nobody there".to_owned()),
+        CanState::BusOff => Some("CAN: BusOff".to_owned()),
+    };
     let all: Vec<String> = sensors.chain(buses).chain(can).collect();
     all.join(", ")
 }
