@@ -26,7 +26,6 @@ mod board;
 mod parts;
 
 #[cfg(target_os = "none")]
-#[expect(dead_code, reason = "the program's part of it is not here")]
 #[path = "../../../src/bin/firmware/budget.rs"]
 mod budget;
 #[cfg(target_os = "none")]
