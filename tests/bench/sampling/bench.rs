@@ -149,7 +149,7 @@ fn main() -> ! {
         }
         tallies.patrol.count(period, || patrol(&mut sampler));
         // A wall that comes and goes: teeth are garbage, and what never changes is stuck.
-        let distance = if patrols / STEP_EVERY % 2 == 0 {
+        let distance = if (patrols / STEP_EVERY).is_multiple_of(2) {
             0x0a
         } else {
             0x0b
