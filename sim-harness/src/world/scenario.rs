@@ -13,6 +13,7 @@ use super::opening::{Extent, OpeningTable};
 use super::shape::{BoxTable, CylinderTable};
 use super::vector::{Vector, radians};
 use super::{Leg, Opening, Rectangle, Shape};
+use crate::escape::{lines_escaped, whole_escaped};
 
 /// Longest file, bytes.
 const MAX_BYTES: usize = 4 << 20;
@@ -67,7 +68,7 @@ pub struct Scenario {
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", whole_escaped(path.to_string_lossy().chars()))]
     Read {
         /// The file.
         path: PathBuf,
@@ -75,7 +76,7 @@ pub enum ScenarioError {
         source: std::io::Error,
     },
     /// The text is no scenario; says the line and shows it.
-    #[error("{0}")]
+    #[error("{}", lines_escaped(&.0.to_string()))]
     Format(#[from] toml::de::Error),
     /// Values that are legal one by one are too much together.
     #[error("{key}: {what}")]
@@ -457,6 +458,19 @@ mod tests {
         ] {
             let error = Scenario::parse(&text).unwrap_err().to_string();
             assert!(error.contains(part), "no {part:?} in {error:.300}");
+        }
+    }
+
+    #[test]
+    fn what_is_shown_of_a_bad_line_moves_no_cursor() {
+        for text in [
+            "\x1b[2J",
+            "name = \"\x1b]0;owned\x07\"",
+            "\"\u{9b}2J\u{202e}",
+        ] {
+            let error = Scenario::parse(text).unwrap_err().to_string();
+            let moving = |letter: char| letter.is_control() && letter != '\n';
+            assert!(!error.contains(moving), "{error:?}");
         }
     }
 

@@ -40,7 +40,8 @@ fn assert_is_orderly(recording: &Recording, bytes: usize) {
     let entries = recording.inputs.len() + recording.events.len();
     assert!(entries <= bytes, "{entries} entries of {bytes} bytes");
     assert!(recording.segments <= entries);
-    let (mut moved_us, mut sampled_us) = (0, 0);
+    // Each kind has stamps of its own.
+    let (mut moved_us, mut driven_us, mut sampled_us) = (0, 0, 0);
     for input in &recording.inputs {
         match input {
             Input::Odometry { stamp_us, pose } => {
@@ -49,8 +50,8 @@ fn assert_is_orderly(recording: &Recording, bytes: usize) {
             }
             Input::Wheels { stamp_us, speeds } => {
                 assert!(speeds.left_m_per_s.is_finite() && speeds.right_m_per_s.is_finite());
-                assert!(*stamp_us >= moved_us, "{input:?}");
-                moved_us = *stamp_us;
+                assert!(*stamp_us >= driven_us, "{input:?}");
+                driven_us = *stamp_us;
             }
             Input::Proximity { stamp_us, .. } => {
                 assert!(*stamp_us >= sampled_us, "{input:?}");
