@@ -1,6 +1,8 @@
 //! The flash image watches over itself: faults provoked in QEMU from outside, by its
 //! debugger, in the very image that is flashed.
 
+#![cfg(unix)]
+
 mod common;
 
 use std::io::{Read, Write};

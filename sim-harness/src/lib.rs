@@ -11,6 +11,8 @@
 //!
 //! Below the readings lies the robot's wiring: [`bus`] has the parts of its two I2C
 //! buses as they behave on the wire, faults included, for the drivers to run against.
+//! A whole simulated robot ([`robot`]) drives through a world with them: its own senses
+//! give the inputs.
 
 pub mod bus;
 pub mod calibration;
@@ -21,6 +23,7 @@ pub mod link;
 pub mod log;
 pub mod mapping;
 pub mod output;
+pub mod robot;
 mod run;
 mod survey;
 mod ticks;

@@ -6,6 +6,7 @@
 //! image's interrupts on a robot and a loop in a simulation.
 
 mod store;
+mod update_clock;
 
 use crate::can::{Frame, Message, RingSchedule, proximity_ring};
 use crate::driver::{
@@ -19,6 +20,9 @@ use crate::input::Input;
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
 use store::OffsetStore;
+use update_clock::UpdateClock;
+
+pub use update_clock::ODOMETRY_AGE_US;
 
 /// The two I2C buses, in the order of their numbers.
 pub const BUSES: [Bus; 2] = [Bus::I2c1, Bus::I2c2];
@@ -28,10 +32,6 @@ const STORE_BUS: Bus = Bus::I2c2;
 
 /// Time between two rounds of the sensors: 125 Hz.
 pub const ROUND_US: u64 = 8_000;
-
-/// Age of the odometry in a frame when it comes, in the mean: the wheels' board reckons
-/// every 50 ms and sends at another rhythm, so that it is anything from 0 to 50 ms old.
-pub const ODOMETRY_AGE_US: u64 = 25_000;
 
 /// A robot whose odometry changed so long ago is still taken to be moving: three frames.
 const MOVING_FOR_US: u64 = 200_000;
@@ -79,10 +79,13 @@ pub struct Senses {
     next_round_us: u64,
     /// A round is under way and its samples were not given yet.
     is_owing: bool,
+    /// A sensor has delivered since the start.
+    has_delivered: bool,
     measurement: Option<OffsetMeasurement>,
     offsets: OffsetReport,
     are_offsets_new: bool,
     schedule: RingSchedule,
+    updates: UpdateClock,
     last_pose: Option<Pose>,
     moved_us: Option<u64>,
     can: CanHealth,
@@ -99,10 +102,12 @@ impl Senses {
             lines: [Line::default(); 2],
             next_round_us: 0,
             is_owing: false,
+            has_delivered: false,
             measurement: None,
             offsets: OffsetReport::default(),
             are_offsets_new: false,
             schedule: RingSchedule::default(),
+            updates: UpdateClock::default(),
             last_pose: None,
             moved_us: None,
             can: CanHealth::default(),
@@ -151,7 +156,8 @@ impl Senses {
     /// Looks after time, every millisecond or more often: begins rounds, and gives the
     /// samples of each when it is over.
     ///
-    /// Nothing is given for a round in which no sensor delivered.
+    /// Nothing is given until a sensor has delivered for the first time. From then on a
+    /// round in which none did is given as well: the node is to know that all are dead.
     pub fn poll(&mut self, now_us: u64) -> Option<Input> {
         let is_over = BUSES.iter().all(|bus| self.ring.branch_mut(*bus).is_idle());
         let input = if self.is_owing && is_over {
@@ -176,8 +182,8 @@ impl Senses {
         self.is_owing = false;
         self.measure_on(now_us);
         let samples = self.ring.samples(now_us);
-        let is_any = samples.iter().any(|sample| *sample != Sample::Missing);
-        is_any.then_some(Input::Proximity {
+        self.has_delivered |= samples.iter().any(|sample| *sample != Sample::Missing);
+        self.has_delivered.then_some(Input::Proximity {
             stamp_us: now_us,
             samples,
         })
@@ -197,7 +203,7 @@ impl Senses {
                 }
                 self.last_pose = Some(pose);
                 Heard::Input(Input::Odometry {
-                    stamp_us: now_us.saturating_sub(ODOMETRY_AGE_US),
+                    stamp_us: self.updates.stamp(now_us, pose),
                     pose,
                 })
             }

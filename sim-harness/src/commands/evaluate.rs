@@ -15,10 +15,11 @@ use sim_harness::evaluation::{
     thresholds,
 };
 use sim_harness::output;
+use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
 
-use super::evaluate_report;
 use super::{Ending, Outcome};
+use super::{evaluate_report, evaluate_robot};
 
 /// Fewest seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
@@ -67,6 +68,23 @@ pub(super) struct Evaluate {
     /// AMiRo's stepped series.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "check"])]
     recordings: Option<PathBuf>,
+    /// Judge what a broken sensor costs a simulated robot instead: in the scenarios of
+    /// several sensors, exit code 1 if too much.
+    #[arg(long, conflicts_with_all = ["recordings", "check", "json", "stamps"])]
+    sensor_faults: bool,
+    /// When the sensor breaks, as a share of the drive's time; the middle of the mazes'
+    /// drives lies in a turn in place.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.5,
+        requires = "sensor_faults"
+    )]
+    breaks_at: f64,
+    /// Print what it costs a simulated robot that its odometry's frames do not say when
+    /// their pose was reckoned, in the scenarios of several sensors.
+    #[arg(long, conflicts_with_all = ["recordings", "check", "json"])]
+    stamps: bool,
     /// Where the figures of every drive go.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -80,6 +98,9 @@ impl Evaluate {
     pub(super) fn run(self) -> Outcome {
         if let Some(folder) = &self.recordings {
             return self.judge_recordings(folder);
+        }
+        if self.sensor_faults || self.stamps {
+            return self.judge_robot();
         }
         let begun = Instant::now();
         let comparison = self.comparison()?;
@@ -129,6 +150,22 @@ impl Evaluate {
             output::write(path, json.as_bytes())?;
         }
         Ok(Ending::Good)
+    }
+
+    /// A simulated robot, by the seeds that were asked for.
+    fn judge_robot(&self) -> Outcome {
+        let mut scenarios = self.scenarios()?;
+        scenarios.retain(|scenario| scenario.ring().1.len() > 1);
+        let seeds = self.seeds.clone();
+        if self.stamps {
+            return evaluate_robot::stamps(&StampTrials { scenarios, seeds });
+        }
+        evaluate_robot::sensor_faults(&SensorFaultTrials {
+            scenarios,
+            seeds,
+            breaks_at: self.breaks_at.clamp(0.0, 1.0),
+            particles_per_sensor: self.particles,
+        })
     }
 
     /// The thresholds that can be asked for: absolute ones hold for the matched sensor

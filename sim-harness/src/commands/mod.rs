@@ -4,6 +4,7 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
+mod evaluate_robot;
 mod figures;
 mod image;
 mod offsets;
@@ -18,6 +19,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use sim_harness::link::LinkError;
 
 /// The laboratory of the inverse particle filter.
 #[derive(Debug, Parser)]
@@ -59,7 +61,8 @@ enum Ending {
     Refused,
 }
 
-/// What a command gives back; an error is printed, exit 2.
+/// What a command gives back; an error is printed, exit 2, or 3 for a board that speaks
+/// another version of the protocol.
 type Outcome = Result<Ending, Box<dyn Error>>;
 
 /// Runs the command line.
@@ -81,7 +84,9 @@ pub(crate) fn main() -> ExitCode {
         Ok(Ending::Refused) => ExitCode::from(2),
         Err(error) => {
             eprintln!("ipf: {error}");
-            ExitCode::from(2)
+            // A board of another version is no mistake of the caller's.
+            let is_version = matches!(error.downcast_ref(), Some(LinkError::Version { .. }));
+            ExitCode::from(if is_version { 3 } else { 2 })
         }
     }
 }

@@ -1,14 +1,13 @@
 //! `cargo ipf record`: a robot's drive as it reads it itself.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::event::{Event, Status};
 use clap::Args;
-use sim_harness::link::{QemuOptions, record};
-use sim_harness::log::RecordingWriter;
+use sim_harness::link::{LinkError, News, QemuOptions, record};
 
 use super::settings::Settings;
 use super::{Ending, Outcome, target};
@@ -24,7 +23,7 @@ pub(super) struct Record {
     baud: u32,
     #[command(flatten)]
     settings: Settings,
-    /// The recording.
+    /// The recording; a board that is reset begins a second one beside it, NAME.2.ipf.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// How long to record; without end if not given, until interrupted.
@@ -38,31 +37,54 @@ impl Record {
         let config = self.settings.apply(None)?;
         let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;
         target::greet(&mut board)?;
-        let file =
-            File::create(&self.out).map_err(|error| format!("{}: {error}", self.out.display()))?;
-        let mut writer = RecordingWriter::new(BufWriter::new(file))?;
         let end = self
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
         let mut steps = 0;
-        let recorded = record(&mut board, &config, &mut writer, |event| {
-            match event {
-                Event::StepDone(_) => steps += 1,
-                Event::Status(status) => say(status),
-                _ => {}
+        let open = |part| {
+            let path = self.part(part);
+            let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
+            File::create(&path).map(BufWriter::new).map_err(failed)
+        };
+        let recorded = record(&mut board, &config, open, |news| {
+            match news {
+                News::Event(Event::StepDone(_)) => steps += 1,
+                News::Event(Event::Status(status)) => say(status),
+                News::Event(_) | News::Away => {}
+                News::Vanished(error) => eprintln!("\n{error}; trying again"),
+                News::Back => eprintln!("the link is back"),
+                News::Restarted { part } => eprintln!(
+                    "\nthe board started anew: what it says now goes to {}",
+                    self.part(part).display()
+                ),
+                News::Junk => eprintln!("\n{}", LinkError::Junk),
             }
             end.is_none_or(|end| Instant::now() < end)
         });
         eprintln!();
-        // Whatever ended it: what came is kept.
-        writer.finish()?;
-        recorded?;
-        println!(
-            "{steps} steps in {}; {} frames were lost",
-            self.out.display(),
-            board.lost_frames()
-        );
+        println!("{}", board.tally());
+        let parts = recorded?;
+        let last = self.part(parts);
+        let files = if parts == 1 {
+            ""
+        } else {
+            " and those before it"
+        };
+        println!("{steps} steps in {}{files}", last.display());
         Ok(Ending::Good)
+    }
+
+    /// Where a part goes: `drive.ipf`, then `drive.2.ipf` and so on.
+    fn part(&self, part: u32) -> PathBuf {
+        if part == 1 {
+            return self.out.clone();
+        }
+        let extension = self.out.extension().unwrap_or_default().to_string_lossy();
+        self.out.with_extension(if extension.is_empty() {
+            part.to_string()
+        } else {
+            format!("{part}.{extension}")
+        })
     }
 }
 

@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Encoder, Outgoing, Truth as TruthMessage};
+use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
-use sim_harness::link::{Comparison, QemuOptions, Verdict, drive};
+use sim_harness::link::{
+    Comparison, LineFaultError, LineFaults, LineRun, LossyLine, QemuOptions, Verdict, drive,
+};
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::CountingMapper;
 use sim_harness::output;
@@ -24,9 +26,6 @@ use super::{Ending, Outcome, target};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
-
-/// Boot id of the frames that stand for a host's own node.
-const HOST_NODE_BOOT_ID: u8 = 0;
 
 /// Cycles of a core that an emulator lets run at one instruction a nanosecond.
 const NANOSECONDS_PER_CYCLE: f64 = 1e9 / 168e6;
@@ -44,6 +43,13 @@ pub(super) struct Replay {
     /// Speed of the serial port, bits a second.
     #[arg(long, default_value_t = 2_000_000, value_name = "N")]
     baud: u32,
+    /// What is wrong with the line from the filter to the mapper, as in `link=ber:1e-3`
+    /// or `link=drop:1e-4x300+off@2s..5s`; times are those of the recording.
+    #[arg(long, value_name = "FAULT", value_parser = link_faults)]
+    fault: Option<LineFaults>,
+    /// Seed of the faults.
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
+    seed_of_faults: u64,
     /// Where map, summary and event stream go.
     #[arg(long, default_value = "out/replay", value_name = "DIR")]
     out: PathBuf,
@@ -86,6 +92,9 @@ impl Replay {
         } else {
             recording.inputs.clone()
         };
+        if self.fault.is_some() && self.on != "host" {
+            return Err("--fault disturbs a run on the host, not on a board".into());
+        }
         let run = match self.on.as_str() {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
             _ => self.on_board(&config, &inputs, cell_m)?,
@@ -111,18 +120,26 @@ impl Replay {
     ) -> Result<Run, Box<dyn Error>> {
         let mut survey = Survey::new(cell_m);
         let mut events = Vec::new();
-        let mut encoder = Encoder::new(HOST_NODE_BOOT_ID);
-        let mut stream = Vec::new();
+        let faults = self.fault.clone().unwrap_or_default();
+        let mut line = LineRun::new(LossyLine::new(&faults, self.seed_of_faults));
         let mut comparison = Comparison::default();
         let bar = progress("steps", None);
-        let outcome = run(config, inputs, |event| {
+        let mut arrive = |event: &Event| {
             survey.take(event);
             events.push(event.clone());
+        };
+        let outcome = run(config, inputs, |event| {
             comparison.expect(event);
-            stream.extend_from_slice(encoder.encode(Outgoing::Event(event)));
+            line.send(event, &mut arrive);
             bar.inc(u64::from(matches!(event, Event::StepDone(_))));
         })?;
+        let lines = line.finish(&mut arrive);
         bar.finish_and_clear();
+        if self.fault.is_some() {
+            println!("line with {faults}, seed {}", self.seed_of_faults);
+            println!("{}; {} damaged", lines.frames, lines.line.damaged);
+        }
+        lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
         let is_recorded = recording.config.is_some()
             && self.settings.are_default()
@@ -138,7 +155,7 @@ impl Replay {
             ran_on: "host",
             survey,
             events,
-            stream,
+            stream: lines.bytes,
             comparison: is_recorded.then(|| comparison.verdict_of_recording()),
         })
     }
@@ -204,6 +221,7 @@ impl Replay {
             let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
             println!("longest step: {instructions:.2} million instructions (emulated)");
         }
+        println!("{}", board.tally());
         let verdict = comparison.verdict(board.boot(), board.lost_frames());
         Ok(Run {
             ran_on,
@@ -299,6 +317,16 @@ impl Replay {
         })?;
         Ok(())
     }
+}
+
+/// What stands behind `link=`.
+fn link_faults(text: &str) -> Result<LineFaults, String> {
+    let words = text
+        .strip_prefix("link=")
+        .ok_or_else(|| format!("\"{text}\" names no part that can fail: link=..."))?;
+    words
+        .parse()
+        .map_err(|error: LineFaultError| error.to_string())
 }
 
 /// The world that a simulated recording carries.

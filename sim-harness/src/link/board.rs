@@ -8,7 +8,12 @@ use std::{fmt, thread};
 use amiro_ipf::event::{Boot, Event, OffsetReport};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Decoder, Encoder, Frame, Losses, Message, Outgoing, Received, WIRE_VERSION};
+use amiro_ipf::wire::{
+    Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
+};
+
+use super::junk::JunkWatch;
+use super::{Account, FrameTally, LineTally, LossyLine};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
@@ -24,9 +29,11 @@ const HOST_BOOT_ID: u8 = 0xa5;
 pub enum LinkError {
     /// It could not be started or opened.
     Start(String),
+    /// More than half of what it says is no frame.
+    Junk,
     /// Writing to it failed.
     Write(std::io::Error),
-    /// It closed the stream.
+    /// It closed the stream: the device is gone, not silent.
     Gone,
     /// It said nothing that can be read within the deadline.
     NoBoot,
@@ -56,6 +63,9 @@ impl fmt::Display for LinkError {
         match self {
             Self::Start(reason) => write!(f, "the board cannot be reached: {reason}"),
             Self::Write(error) => write!(f, "writing to the board failed: {error}"),
+            Self::Junk => f.write_str(
+                "more than half of what comes is no frame: this looks like a wrong baud rate",
+            ),
             Self::Gone => f.write_str("the board closed the link"),
             Self::NoBoot => write!(
                 f,
@@ -82,29 +92,16 @@ impl fmt::Display for LinkError {
 
 impl std::error::Error for LinkError {}
 
-/// A board: something that takes input frames and answers with event frames.
-pub struct Board {
+/// The two ends of a byte stream, and whatever must live as long as it.
+struct Transport {
     outgoing: Box<dyn Write + Send>,
     incoming: Receiver<Vec<u8>>,
-    /// Received bytes that were not looked at yet.
-    unread: std::vec::IntoIter<u8>,
-    decoder: Decoder,
-    encoder: Encoder,
-    boot: Option<Boot>,
-    boot_id: Option<u8>,
-    offsets: Option<OffsetReport>,
-    losses: Losses,
-    lost_frames: u64,
-    raw: Vec<u8>,
-    /// Whatever must live as long as the link: an emulator's process, a thread.
     _keep: Box<dyn Send>,
 }
 
-impl Board {
-    /// A board behind a reader and a writer; `keep` is dropped with it.
-    ///
+impl Transport {
     /// A thread of its own reads, so that waiting always has a deadline.
-    pub(super) fn over(
+    fn over(
         mut reader: impl Read + Send + 'static,
         writer: impl Write + Send + 'static,
         keep: impl Send + 'static,
@@ -114,23 +111,154 @@ impl Board {
         Self {
             outgoing: Box::new(writer),
             incoming,
+            _keep: Box::new(keep),
+        }
+    }
+
+    /// Neither end leads anywhere.
+    fn closed() -> Self {
+        Self {
+            outgoing: Box::new(std::io::sink()),
+            incoming: sync_channel(1).1,
+            _keep: Box::new(()),
+        }
+    }
+}
+
+/// A reader and a writer that were opened.
+pub type Ends = (Box<dyn Read + Send>, Box<dyn Write + Send>);
+
+/// How a link is opened again.
+type Opener = Box<dyn FnMut() -> Result<Ends, LinkError> + Send>;
+
+/// The two directions of a line with faults.
+struct Disturbance {
+    to_board: LossyLine,
+    from_board: LossyLine,
+    since: Instant,
+}
+
+/// A board: something that takes input frames and answers with event frames.
+pub struct Board {
+    transport: Transport,
+    opener: Option<Opener>,
+    disturbance: Option<Disturbance>,
+    /// Received bytes that were not looked at yet.
+    unread: std::vec::IntoIter<u8>,
+    decoder: Decoder,
+    encoder: Encoder,
+    boot: Option<Boot>,
+    boot_id: Option<u8>,
+    offsets: Option<OffsetReport>,
+    account: Account,
+    junk: JunkWatch,
+    /// Bytes since the last piece ended.
+    piece_bytes: u64,
+    raw: Vec<u8>,
+    /// Whatever must live as long as the board: an emulator's process.
+    _keep: Box<dyn Send>,
+}
+
+impl Board {
+    /// A board behind a reader and a writer; `keep` is dropped with it.
+    pub(super) fn over(
+        reader: impl Read + Send + 'static,
+        writer: impl Write + Send + 'static,
+        keep: impl Send + 'static,
+    ) -> Self {
+        Self::on(Transport::over(reader, writer, ()), None, keep)
+    }
+
+    /// A board behind what `open` opens, now and whenever the link is gone; `keep` is
+    /// dropped with it.
+    ///
+    /// # Errors
+    /// What `open` says.
+    pub fn reopened_by(
+        mut open: impl FnMut() -> Result<Ends, LinkError> + Send + 'static,
+        keep: impl Send + 'static,
+    ) -> Result<Self, LinkError> {
+        let (reader, writer) = open()?;
+        let transport = Transport::over(reader, writer, ());
+        Ok(Self::on(transport, Some(Box::new(open)), keep))
+    }
+
+    fn on(transport: Transport, opener: Option<Opener>, keep: impl Send + 'static) -> Self {
+        Self {
+            transport,
+            opener,
+            disturbance: None,
             unread: Vec::new().into_iter(),
             decoder: Decoder::new(),
             encoder: Encoder::new(HOST_BOOT_ID),
             boot: None,
             boot_id: None,
             offsets: None,
-            losses: Losses::new(),
-            lost_frames: 0,
+            account: Account::new(),
+            junk: JunkWatch::default(),
+            piece_bytes: 0,
             raw: Vec::new(),
             _keep: Box::new(keep),
         }
     }
 
+    /// The board at the other end of a line with faults, one a direction.
+    #[must_use]
+    pub fn behind(mut self, to_board: LossyLine, from_board: LossyLine) -> Self {
+        self.disturbance = Some(Disturbance {
+            to_board,
+            from_board,
+            since: Instant::now(),
+        });
+        self
+    }
+
+    /// What the faulty line did, to the board and from it.
+    #[must_use]
+    pub fn line_tallies(&self) -> Option<(LineTally, LineTally)> {
+        let lines = self.disturbance.as_ref()?;
+        Some((lines.to_board.tally(), lines.from_board.tally()))
+    }
+
+    /// Hangs up: the board goes on alone. [`reconnect`](Self::reconnect) calls again.
+    pub fn hang_up(&mut self) {
+        // The old link is closed before a new one is opened: a port opens only once.
+        self.transport = Transport::closed();
+        self.unread = Vec::new().into_iter();
+    }
+
+    /// Opens the link again, once. What was half received is given up; what the board
+    /// says goes on where its numbers go on.
+    ///
+    /// # Errors
+    /// [`LinkError::Gone`] for a link that cannot be opened again, or why it was not.
+    pub fn reconnect(&mut self) -> Result<(), LinkError> {
+        self.hang_up();
+        let (reader, writer) = self.opener.as_mut().ok_or(LinkError::Gone)?()?;
+        self.transport = Transport::over(reader, writer, ());
+        if self.decoder.is_inside_frame() {
+            // Ends the piece, so that it does not cost the next frame.
+            self.unread = vec![0].into_iter();
+        }
+        Ok(())
+    }
+
+    /// Whether more than half of the bytes of the last two seconds were no frames; says
+    /// so once.
+    pub fn take_junk(&mut self) -> bool {
+        self.junk.take_verdict()
+    }
+
+    /// Whether what came since the last such verdict is mostly no frames.
+    pub(super) fn hears_junk(&self) -> bool {
+        self.junk.is_mostly_junk()
+    }
+
     /// Greets the board until it introduces itself.
     ///
     /// # Errors
-    /// [`LinkError::NoBoot`], [`LinkError::Version`], or a broken link.
+    /// [`LinkError::NoBoot`], [`LinkError::Version`], [`LinkError::Junk`], or a broken
+    /// link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
         self.greet_within(BOOT_DEADLINE)
     }
@@ -142,11 +270,15 @@ impl Board {
             self.send(&Input::Hello)?;
             let next_greeting = deadline.min(Instant::now() + Duration::from_millis(500));
             while let Some(received) = self.receive(next_greeting)? {
+                if self.take_junk() {
+                    return Err(LinkError::Junk);
+                }
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
-                match frame.message {
+                match &frame.message {
                     Message::Event(Event::Boot(boot)) => {
+                        let boot = *boot;
                         self.boot = Some(boot);
                         self.boot_id = Some(frame.boot_id);
                         self.offsets = None;
@@ -156,13 +288,13 @@ impl Board {
                             });
                         }
                     }
-                    Message::Event(Event::Offsets(offsets)) => self.offsets = Some(offsets),
+                    Message::Event(Event::Offsets(offsets)) => self.offsets = Some(*offsets),
                     // The answer to the greeting: everything before it is behind us.
                     Message::Event(Event::Answer { input, .. })
-                        if input == self.encoder.sequence().wrapping_sub(1) =>
+                        if *input == self.encoder.sequence().wrapping_sub(1) =>
                     {
                         if let Some(boot) = self.boot {
-                            self.lost_frames = 0;
+                            self.account = Account::after(&frame);
                             self.raw.clear();
                             return Ok(boot);
                         }
@@ -192,10 +324,16 @@ impl Board {
         self.offsets.as_ref()
     }
 
-    /// Frames of the board that never arrived whole, since the greeting.
+    /// Frames of the board that were lost on the line since the greeting.
     #[must_use]
     pub fn lost_frames(&self) -> u64 {
-        self.lost_frames
+        self.tally().lost
+    }
+
+    /// What became of the board's frames since the greeting.
+    #[must_use]
+    pub fn tally(&self) -> FrameTally {
+        self.account.tally()
     }
 
     /// Takes the bytes that were received since the greeting or the last call.
@@ -222,16 +360,21 @@ impl Board {
     /// # Errors
     /// [`LinkError::Write`].
     pub fn send_raw(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        self.outgoing.write_all(bytes).map_err(LinkError::Write)?;
-        self.outgoing.flush().map_err(LinkError::Write)
+        match &mut self.disturbance {
+            None => write(&mut self.transport, bytes),
+            Some(lines) => {
+                let now = lines.since.elapsed();
+                lines.to_board.send(bytes, now);
+                write(&mut self.transport, &lines.to_board.receive(now))
+            }
+        }
     }
 
     /// Sends an input; the sequence number of its frame.
     pub(super) fn send(&mut self, input: &Input) -> Result<u16, LinkError> {
         let sequence = self.encoder.sequence();
-        let frame = self.encoder.encode(Outgoing::Input(input));
-        self.outgoing.write_all(frame).map_err(LinkError::Write)?;
-        self.outgoing.flush().map_err(LinkError::Write)?;
+        let frame = self.encoder.encode(Outgoing::Input(input)).to_vec();
+        self.send_raw(&frame)?;
         Ok(sequence)
     }
 
@@ -242,17 +385,53 @@ impl Board {
             // that were handed on, whatever the pieces in which bytes arrive.
             for byte in self.unread.by_ref() {
                 self.raw.push(byte);
-                if let Some(received) = self.decoder.push(byte) {
-                    self.lost_frames += u64::from(self.losses.take(&received));
+                self.piece_bytes += 1;
+                let received = self.decoder.push(byte);
+                if received.is_none() && self.piece_bytes < 4 * MAX_FRAME as u64 {
+                    continue;
+                }
+                let is_frame = matches!(received, Some(Received::Frame { .. }));
+                self.junk.take(self.piece_bytes, is_frame, Instant::now());
+                self.piece_bytes = 0;
+                if let Some(received) = received {
+                    self.account.take(&received);
                     return Ok(Some(received));
                 }
             }
-            let patience = deadline.saturating_duration_since(Instant::now());
-            self.unread = match self.incoming.recv_timeout(patience) {
-                Ok(bytes) => bytes.into_iter(),
-                Err(RecvTimeoutError::Timeout) => return Ok(None),
-                Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Gone),
+            let Some(bytes) = self.arrivals(deadline)? else {
+                return Ok(None);
             };
+            self.unread = bytes.into_iter();
+        }
+    }
+
+    /// Bytes that have arrived, perhaps none yet; `None` at the deadline.
+    fn arrivals(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, LinkError> {
+        let mut patience = deadline.saturating_duration_since(Instant::now());
+        if let Some(lines) = &mut self.disturbance {
+            let now = lines.since.elapsed();
+            write(&mut self.transport, &lines.to_board.receive(now))?;
+            let arrived = lines.from_board.receive(now);
+            if !arrived.is_empty() {
+                return Ok(Some(arrived));
+            }
+            let next = [&lines.to_board, &lines.from_board];
+            for due in next.into_iter().filter_map(LossyLine::next_arrival) {
+                patience = patience.min(due.saturating_sub(now));
+            }
+        }
+        match self.transport.incoming.recv_timeout(patience) {
+            Ok(bytes) => Ok(Some(match &mut self.disturbance {
+                None => bytes,
+                Some(lines) => {
+                    let now = lines.since.elapsed();
+                    lines.from_board.send(&bytes, now);
+                    lines.from_board.receive(now)
+                }
+            })),
+            Err(RecvTimeoutError::Timeout) if Instant::now() < deadline => Ok(Some(Vec::new())),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone),
         }
     }
 
@@ -265,6 +444,17 @@ impl Board {
         }
         Ok(None)
     }
+}
+
+fn write(transport: &mut Transport, bytes: &[u8]) -> Result<(), LinkError> {
+    if bytes.is_empty() {
+        return Ok(());
+    }
+    let outgoing = &mut transport.outgoing;
+    outgoing
+        .write_all(bytes)
+        .and_then(|()| outgoing.flush())
+        .map_err(LinkError::Write)
 }
 
 /// Reads until the stream ends or nobody listens any more.

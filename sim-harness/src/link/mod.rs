@@ -3,23 +3,36 @@
 //! All three are a [`Board`]: bytes out, bytes in. [`drive`] feeds one in lock-step,
 //! [`Comparison`] holds its answers against the host's own run. [`record`] listens to a
 //! robot that reads its own sensors, [`measure_offsets`] has it measure their offsets.
+//! A [`LossyLine`] lies between where faults are wanted, and an [`Account`] tells what
+//! became of every frame.
 
+mod account;
 mod board;
 mod comparison;
+#[cfg(unix)]
+mod hang_up;
 mod image;
+mod junk;
+mod line;
+mod line_run;
 mod lockstep;
 mod memory;
 mod offsets;
+mod order;
 mod qemu;
 mod record;
 mod serial;
 mod srecord;
 
-pub use board::{Board, LinkError};
+pub use account::{Account, FrameTally, Imbalance};
+pub use board::{Board, Ends, LinkError};
 pub use comparison::{Comparison, Verdict};
 pub use image::{Image, ImageError, Layout, build_image};
+pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
+pub use line_run::{LineOutcome, LineRun};
 pub use lockstep::drive;
 pub use offsets::{measure_offsets, offsets_in_words};
+pub use order::InOrder;
 pub use qemu::QemuOptions;
-pub use record::{RecordError, record};
+pub use record::{News, RecordError, record};
 pub use srecord::to_s_records;

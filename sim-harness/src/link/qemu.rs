@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+#[cfg(unix)]
+use super::hang_up;
 use super::{Board, Image, Layout, LinkError};
 
 /// QEMU's name for a board with an STM32F405.
@@ -26,6 +28,10 @@ pub struct QemuOptions {
     pub ram_fill: Option<u8>,
     /// Flash the image with the lowest bit of this byte flipped.
     pub flipped: Option<usize>,
+    /// Lead the serial line to a socket and not to pipes: a host can then hang up and
+    /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
+    /// that nobody reads would stop the emulator.
+    pub can_hang_up: bool,
     /// Listen on this Unix socket for a debugger.
     pub debugger: Option<PathBuf>,
 }
@@ -47,12 +53,20 @@ impl Board {
         command
             .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
             // The first line is USART1, whose start crashes the emulator; ours is the second.
-            .args(["-serial", "null", "-serial", "stdio"])
-            .arg("-kernel")
-            .arg(&flash.path)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
+            .args(["-serial", "null", "-serial"])
             .stderr(Stdio::null());
+        let line = options.can_hang_up.then(|| scratch_path("line"));
+        match &line {
+            None => command
+                .arg("stdio")
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped()),
+            Some(line) => command
+                .arg(format!("unix:{},server=on,wait=off", line.display()))
+                .stdin(Stdio::null())
+                .stdout(Stdio::null()),
+        };
+        command.arg("-kernel").arg(&flash.path);
         if options.count_instructions {
             command.args(["-icount", "shift=0"]);
         }
@@ -81,14 +95,21 @@ impl Board {
             )),
             _ => LinkError::Start(format!("{PROGRAM}: {error}")),
         })?;
-        let (Some(output), Some(input)) = (child.stdout.take(), child.stdin.take()) else {
-            return Err(LinkError::Start(format!("{PROGRAM} has no pipes")));
-        };
+        let pipes = child.stdout.take().zip(child.stdin.take());
         let emulator = Emulator {
             child,
-            _files: (flash, ram),
+            _files: (flash, ram, line.clone().map(|path| ScratchFile { path })),
         };
-        Ok(Self::over(output, input, emulator))
+        match (line, pipes) {
+            (None, Some((output, input))) => Ok(Self::over(output, input, emulator)),
+            (None, None) => Err(LinkError::Start(format!("{PROGRAM} has no pipes"))),
+            #[cfg(unix)]
+            (Some(line), _) => Self::reopened_by(move || hang_up::call(&line), emulator),
+            #[cfg(not(unix))]
+            (Some(_), _) => Err(LinkError::Start(
+                "there are no Unix sockets here".to_owned(),
+            )),
+        }
     }
 
     /// Whether QEMU can be started here.
@@ -106,7 +127,7 @@ impl Board {
 /// The emulator's process; ends when dropped.
 struct Emulator {
     child: Child,
-    _files: (ScratchFile, Option<ScratchFile>),
+    _files: (ScratchFile, Option<ScratchFile>, Option<ScratchFile>),
 }
 
 impl Drop for Emulator {
@@ -117,6 +138,14 @@ impl Drop for Emulator {
     }
 }
 
+/// A place for a file that no other emulator uses.
+fn scratch_path(kind: &str) -> PathBuf {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("amiro-ipf-{kind}-{}-{number}.bin", std::process::id());
+    std::env::temp_dir().join(name)
+}
+
 /// A file for the emulator to read; removed when dropped.
 struct ScratchFile {
     path: PathBuf,
@@ -124,10 +153,7 @@ struct ScratchFile {
 
 impl ScratchFile {
     fn write(kind: &str, content: &[u8]) -> Result<Self, LinkError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("amiro-ipf-{kind}-{}-{number}.bin", std::process::id());
-        let path = std::env::temp_dir().join(name);
+        let path = scratch_path(kind);
         std::fs::File::create(&path)
             .and_then(|mut file| file.write_all(content))
             .map_err(|error| LinkError::Start(format!("{}: {error}", path.display())))?;

@@ -60,6 +60,8 @@ impl Counts {
 pub struct CountingMapper {
     counts: Grid<Counts>,
     carver: Option<Carver>,
+    /// The lowest bits of the step whose outcomes come.
+    step: Option<u8>,
     position: Point,
     rotation: Rotation,
 }
@@ -71,6 +73,7 @@ impl CountingMapper {
         Self {
             counts: Grid::new(cell_m, Counts::default()),
             carver: None,
+            step: None,
             position: Point::default(),
             rotation: Rotation::by(0.0),
         }
@@ -133,8 +136,14 @@ impl CountingMapper {
 impl Mapper for CountingMapper {
     fn take(&mut self, event: &Event) {
         match event {
-            Event::StepBegun(step) => self.begin_step(step),
-            Event::Particles(particles) => self.count(&particles.outcomes),
+            Event::StepBegun(step) => {
+                self.step = Some(step.index as u8);
+                self.begin_step(step);
+            }
+            // Those of a step whose begin was lost would be counted at another pose.
+            Event::Particles(particles) if self.step == Some(particles.step) => {
+                self.count(&particles.outcomes);
+            }
             _ => {}
         }
     }

@@ -6,9 +6,9 @@ use amiro_ipf::geometry::Pose;
 use super::Drive;
 
 /// Between two updates of the odometry, microseconds.
-const UPDATE_PERIOD_US: u64 = 50_000;
+pub const UPDATE_PERIOD_US: u64 = 50_000;
 /// Between two frames on the bus, microseconds.
-const FRAME_PERIOD_US: u64 = 63_000;
+pub const FRAME_PERIOD_US: u64 = 63_000;
 
 /// A frame of the message ODOMETRY (0x50): the newest update at the time of sending.
 ///

@@ -19,6 +19,7 @@ mod simulate;
 mod vector;
 mod wheel_errors;
 
+pub use amiro_odometry::{FRAME_PERIOD_US, UPDATE_PERIOD_US};
 pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
 pub use dropout::Dropout;

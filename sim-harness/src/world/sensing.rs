@@ -62,6 +62,11 @@ impl Sensing {
         )
     }
 
+    /// Draws the noise from another generator from now on.
+    pub fn set_noise(&mut self, noise: Generator) {
+        self.noise = noise;
+    }
+
     /// One sample of each sensor from the given pose; unused ones are missing.
     ///
     /// `drift_counts` is how far every sensor's offset has moved from the stored one.

@@ -18,6 +18,11 @@ impl Cadence {
         }
     }
 
+    /// When the measurement under way ends.
+    pub(super) const fn next_ns(&self) -> u64 {
+        self.next_ns
+    }
+
     /// Whether a measurement has ended by now; each is told once.
     pub(super) fn has_ended(&mut self, now_ns: u64) -> bool {
         let ended = self.next_ns <= now_ns;

@@ -110,6 +110,12 @@ impl Vcnl4020 {
         self.registers.measure_proximity_at(at_ns);
     }
 
+    /// When the periodic proximity measurement under way ends; `None` without one.
+    #[must_use]
+    pub fn measures_at_ns(&self) -> Option<u64> {
+        self.registers.measures_proximity_at_ns()
+    }
+
     /// What proximity measurements give from now on, in counts.
     ///
     /// On a bus the time that has passed must be told before: see

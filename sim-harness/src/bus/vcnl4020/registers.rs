@@ -213,6 +213,11 @@ impl Registers {
         }
     }
 
+    /// When the periodic proximity measurement under way ends.
+    pub(super) fn measures_proximity_at_ns(&self) -> Option<u64> {
+        self.periodic_proximity.map(|cadence| cadence.next_ns())
+    }
+
     fn measure_proximity(&mut self, light: &mut Light) {
         self.proximity_result = light.next_signal();
         self.command |= command::PROXIMITY_READY;

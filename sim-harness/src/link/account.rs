@@ -1,0 +1,323 @@
+//! What became of every frame that a sender numbered.
+
+use std::fmt;
+
+use amiro_ipf::event::Event;
+use amiro_ipf::wire::{Frame, Message, Received};
+use serde::Serialize;
+
+/// Numbers of the same boot that are remembered: a frame may come this late.
+const MEMORY: u64 = 64;
+
+/// A sender's frames, from one on, in figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct FrameTally {
+    /// Numbers that the sender used.
+    pub sent: u64,
+    /// Of these received whole, each once.
+    pub received: u64,
+    /// Of these never sent: the board says that it dropped them.
+    pub dropped: u64,
+    /// Of these neither: lost on the line.
+    pub lost: u64,
+    /// Frames that came once more.
+    pub repeated: u64,
+    /// Pieces of bytes that were no frame.
+    pub broken: u64,
+}
+
+/// Frames that are unaccounted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{} received, {} dropped and {} lost are not {sent} sent",
+    tally.received, tally.dropped, tally.lost
+)]
+pub struct Imbalance {
+    tally: FrameTally,
+    sent: u64,
+}
+
+impl FrameTally {
+    /// The sum rule: received, dropped and lost together are what the sender says it
+    /// has sent. Of a sender that does not say, `self.sent` is what its numbers say.
+    ///
+    /// # Errors
+    /// [`Imbalance`] with the figures.
+    pub fn balance(&self, sent: u64) -> Result<(), Imbalance> {
+        let found = self.received + self.dropped + self.lost;
+        if found == sent && self.sent == sent {
+            Ok(())
+        } else {
+            Err(Imbalance { tally: *self, sent })
+        }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            sent: self.sent + other.sent,
+            received: self.received + other.received,
+            dropped: self.dropped + other.dropped,
+            lost: self.lost + other.lost,
+            repeated: self.repeated + other.repeated,
+            broken: self.broken + other.broken,
+        }
+    }
+}
+
+impl fmt::Display for FrameTally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames sent: {} received, {} dropped by the sender, {} lost on the line",
+            self.sent, self.received, self.dropped, self.lost
+        )?;
+        if self.broken > 0 {
+            write!(f, "; {} pieces were no frame", self.broken)?;
+        }
+        if self.repeated > 0 {
+            write!(f, "; {} came again", self.repeated)?;
+        }
+        Ok(())
+    }
+}
+
+/// Follows a sender's numbers and tells what became of its frames.
+///
+/// A board's status says how many frames it has dropped since its boot, and stands in
+/// the sequence itself: between two statuses the numbers used, the frames received and
+/// the frames dropped leave exactly those that were lost on the line. Frames that are
+/// missing before the first status count as lost, whoever dropped them.
+///
+/// Numbers are 16 bits wide. A gap is at least what they say; where a board says that
+/// it dropped more than that, they went round as often as it takes.
+#[derive(Clone, Debug, Default)]
+pub struct Account {
+    boot_id: Option<u8>,
+    begin: u64,
+    /// The number after the highest that came.
+    next: u64,
+    received: u64,
+    /// Which of the last numbers came: bit i for `next - 1 - i`.
+    came: u64,
+    dropped: u64,
+    /// The board's counter at the last status, or at its boot.
+    last_dropped: Option<u32>,
+    repeated: u64,
+    broken: u64,
+    /// Other boots before this one.
+    before: FrameTally,
+}
+
+impl Account {
+    /// An account that begins with the first frame that comes.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// An account from a sender's boot on: its first frame has number 0, and before it
+    /// nothing was dropped.
+    #[must_use]
+    pub fn since_boot(boot_id: u8) -> Self {
+        Self {
+            boot_id: Some(boot_id),
+            last_dropped: Some(0),
+            ..Self::default()
+        }
+    }
+
+    /// An account that begins behind this frame.
+    #[must_use]
+    pub fn after(frame: &Frame) -> Self {
+        let begin = u64::from(frame.sequence) + 1;
+        Self {
+            boot_id: Some(frame.boot_id),
+            begin,
+            next: begin,
+            ..Self::default()
+        }
+    }
+
+    /// Takes what the decoder said next.
+    pub fn take(&mut self, received: &Received) {
+        match received {
+            Received::Broken(_) => self.broken += 1,
+            Received::Frame { frame, .. } => self.take_frame(frame),
+        }
+    }
+
+    fn take_frame(&mut self, frame: &Frame) {
+        if self.boot_id != Some(frame.boot_id) {
+            let begin = u64::from(frame.sequence);
+            *self = Self {
+                boot_id: Some(frame.boot_id),
+                begin,
+                next: begin,
+                before: self.tally(),
+                ..Self::default()
+            };
+        }
+        let behind = u64::from((self.next as u16).wrapping_sub(frame.sequence));
+        if (1..=MEMORY.min(self.next - self.begin)).contains(&behind) {
+            let bit = 1 << (behind - 1);
+            if self.came & bit == 0 {
+                self.came |= bit;
+                self.received += 1;
+            } else {
+                self.repeated += 1;
+            }
+            return;
+        }
+        let ahead = u64::from(frame.sequence.wrapping_sub(self.next as u16));
+        self.go_on(ahead + 1);
+        self.came |= 1;
+        self.received += 1;
+        if let Message::Event(Event::Status(status)) = &frame.message {
+            self.settle(status.board.dropped_frames);
+        }
+    }
+
+    /// Takes the board's count of what it dropped up to its last frame.
+    fn settle(&mut self, dropped: u32) {
+        let more = self
+            .last_dropped
+            .map_or(0, |last| dropped.wrapping_sub(last));
+        self.last_dropped = Some(dropped);
+        self.dropped += u64::from(more);
+        let missing = self.next - self.begin - self.received;
+        let unexplained = self.dropped.saturating_sub(missing);
+        let rounds = unexplained.div_ceil(1 << 16);
+        if rounds > 0 {
+            self.next += rounds << 16;
+            // What came before lies further back now; only the last frame is near.
+            self.came = 1;
+        }
+    }
+
+    fn go_on(&mut self, numbers: u64) {
+        self.next += numbers;
+        let shift = u32::try_from(numbers).unwrap_or(u32::MAX);
+        self.came = self.came.checked_shl(shift).unwrap_or(0);
+    }
+
+    /// Closes the account of a sender that says how many frames it has sent since the
+    /// account began: those behind the last that came are lost too.
+    pub fn close(&mut self, sent: u64) {
+        let end = self.begin + sent;
+        if end > self.next {
+            self.go_on(end - self.next);
+        }
+    }
+
+    /// The account so far, over all boots.
+    #[must_use]
+    pub fn tally(&self) -> FrameTally {
+        let sent = self.next - self.begin;
+        let lost = (sent - self.received).saturating_sub(self.dropped);
+        self.before.plus(FrameTally {
+            sent,
+            received: self.received,
+            dropped: self.dropped,
+            lost,
+            repeated: self.repeated,
+            broken: self.broken,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use amiro_ipf::event::{BoardStatus, Status};
+    use amiro_ipf::input::Input;
+    use amiro_ipf::wire::FrameError;
+
+    use super::*;
+
+    fn frame(boot_id: u8, number: u64, message: Message) -> Received {
+        let frame = Frame {
+            boot_id,
+            sequence: number as u16,
+            message,
+        };
+        Received::Frame { frame, lost: 0 }
+    }
+
+    fn hello(number: u64) -> Received {
+        frame(3, number, Message::Input(Input::Hello))
+    }
+
+    fn status(number: u64, dropped_frames: u32) -> Received {
+        let board = BoardStatus {
+            dropped_frames,
+            ..BoardStatus::default()
+        };
+        let status = Status {
+            board,
+            ..Status::default()
+        };
+        frame(3, number, Message::Event(Event::Status(status)))
+    }
+
+    fn tally(received: impl IntoIterator<Item = Received>) -> [u64; 5] {
+        let mut account = Account::new();
+        for received in received {
+            account.take(&received);
+        }
+        let tally = account.tally();
+        assert_eq!(tally.balance(tally.sent), Ok(()));
+        [
+            tally.sent,
+            tally.received,
+            tally.dropped,
+            tally.lost,
+            tally.repeated,
+        ]
+    }
+
+    #[test]
+    fn gaps_are_losses_but_what_comes_late_or_twice_is_none() {
+        assert_eq!(tally([5, 6, 7].map(hello)), [3, 3, 0, 0, 0]);
+        assert_eq!(tally([5, 8].map(hello)), [4, 2, 0, 2, 0]);
+        assert_eq!(tally([5, 7, 6, 8].map(hello)), [4, 4, 0, 0, 0]);
+        assert_eq!(tally([5, 6, 6, 5, 7].map(hello)), [3, 3, 0, 0, 2]);
+        assert_eq!(tally([65_534, 65_537].map(hello)), [4, 2, 0, 2, 0]);
+        // 40 000 at once: more than half of the circle.
+        assert_eq!(tally([0, 40_001].map(hello)), [40_002, 2, 0, 40_000, 0]);
+    }
+
+    #[test]
+    fn what_the_board_dropped_was_not_lost_on_the_line() {
+        let stream = [status(10, 100), hello(11), hello(15), status(18, 104)];
+        assert_eq!(tally(stream), [9, 4, 4, 1, 0]);
+    }
+
+    #[test]
+    fn numbers_that_went_round_while_the_host_was_away_are_found_by_the_drops() {
+        // 200 000 frames dropped: three times round and 3392 more.
+        let stream = [status(10, 0), status(200_011, 200_000), hello(200_012)];
+        assert_eq!(tally(stream), [200_003, 3, 200_000, 0, 0]);
+    }
+
+    #[test]
+    fn boots_are_accounted_for_one_after_another() {
+        let other = frame(4, 0, Message::Input(Input::Hello));
+        let stream = [hello(5), hello(7), other];
+        assert_eq!(tally(stream), [4, 3, 0, 1, 0]);
+    }
+
+    #[test]
+    fn an_account_since_boot_knows_what_is_lost_at_both_ends() {
+        let mut account = Account::since_boot(3);
+        account.take(&Received::Broken(FrameError::BadChecksum));
+        account.take(&hello(2));
+        account.close(10);
+        let tally = account.tally();
+        assert_eq!((tally.received, tally.lost, tally.broken), (1, 9, 1));
+        assert_eq!(tally.balance(10), Ok(()));
+        let error = tally.balance(11).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "1 received, 0 dropped and 9 lost are not 11 sent"
+        );
+    }
+}

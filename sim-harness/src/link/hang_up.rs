@@ -1,0 +1,44 @@
+//! A line to an emulator on which a host can hang up and call again: a Unix socket.
+
+use std::io::Write;
+use std::net::Shutdown;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::{Ends, LinkError};
+
+/// Calls at the emulator's socket, which needs a moment to be there.
+pub(super) fn call(line: &Path) -> Result<Ends, LinkError> {
+    let deadline = Instant::now() + Duration::from_secs(5);
+    let failed = |error: std::io::Error| LinkError::Start(format!("{}: {error}", line.display()));
+    let stream = loop {
+        match UnixStream::connect(line) {
+            Ok(stream) => break stream,
+            Err(error) if Instant::now() > deadline => return Err(failed(error)),
+            Err(_) => std::thread::sleep(Duration::from_millis(10)),
+        }
+    };
+    let reader = stream.try_clone().map_err(failed)?;
+    Ok((Box::new(reader), Box::new(HangsUp(stream))))
+}
+
+/// A socket that is shut down when it is dropped, so that its reader ends too.
+struct HangsUp(UnixStream);
+
+impl Write for HangsUp {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Drop for HangsUp {
+    fn drop(&mut self) {
+        // It may be closed already.
+        let _ = self.0.shutdown(Shutdown::Both);
+    }
+}

@@ -1,0 +1,452 @@
+//! One direction of a line, with its faults.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use amiro_ipf::random::{Generator, uniform_below};
+
+use super::chance::{Chance, uniform};
+use super::{LineFault, LineFaults, Window};
+
+/// Bytes without a zero byte that are taken for a piece of their own.
+const LONGEST_PIECE: usize = 4096;
+
+/// What a line did to the frames that it was given: the truth, which no host knows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineTally {
+    /// Frames that it was given, each a piece of bytes up to a zero byte.
+    pub sent: u64,
+    /// Of these delivered whole, between two zero bytes, at least once.
+    pub whole: u64,
+    /// Of these delivered, but not whole.
+    pub damaged: u64,
+    /// Of these of which no byte was delivered.
+    pub lost: u64,
+    /// Bytes that it was given.
+    pub bytes_sent: u64,
+    /// Bytes that it delivered.
+    pub bytes_delivered: u64,
+}
+
+/// A fault with its state.
+#[derive(Clone, Debug)]
+struct Trouble {
+    fault: LineFault,
+    window: Window,
+    chance: Chance,
+    /// Bytes of a burst that are still to be dropped.
+    to_drop: u32,
+}
+
+/// One direction of a line: bytes go in at a time and come out, some of them, later.
+///
+/// Frames are lost, cut, swapped or repeated first; then bytes are dropped and garbage
+/// comes between; then bits are flipped; then all of it takes its time. Equal seeds and
+/// equal calls give equal bytes. Without faults every byte passes at once.
+#[derive(Clone, Debug)]
+pub struct LossyLine {
+    troubles: Vec<Trouble>,
+    random: Generator,
+    /// Bytes of a frame whose end was not sent yet.
+    piece: Vec<u8>,
+    /// A frame that waits for the next one to overtake it.
+    overtaken: Option<Vec<u8>>,
+    /// Delivered bytes since the last zero byte: they spoil the frame behind them.
+    open: Vec<u8>,
+    /// Whether they are a whole frame that lacks nothing but its zero byte.
+    lacks_only_zero: bool,
+    on_the_way: VecDeque<(Duration, Vec<u8>)>,
+    free_at: Duration,
+    tally: LineTally,
+}
+
+impl LossyLine {
+    /// A line with these faults, drawn from this seed.
+    #[must_use]
+    pub fn new(faults: &LineFaults, seed: u64) -> Self {
+        let mut random = Generator::seeded(seed);
+        let troubles = faults
+            .iter()
+            .map(|&(fault, window)| {
+                let rate = match fault {
+                    LineFault::BitErrors(rate)
+                    | LineFault::Dropped { rate, .. }
+                    | LineFault::Garbage { rate, .. } => rate,
+                    _ => 0.0,
+                };
+                Trouble {
+                    fault,
+                    window,
+                    chance: Chance::new(rate, &mut random),
+                    to_drop: 0,
+                }
+            })
+            .collect();
+        Self {
+            troubles,
+            random,
+            piece: Vec::new(),
+            overtaken: None,
+            open: Vec::new(),
+            lacks_only_zero: false,
+            on_the_way: VecDeque::new(),
+            free_at: Duration::ZERO,
+            tally: LineTally::default(),
+        }
+    }
+
+    /// Gives bytes to the line, at a time since its first use that never decreases.
+    ///
+    /// What does not end with a zero byte waits for it, or for [`flush`](Self::flush).
+    pub fn send(&mut self, bytes: &[u8], now: Duration) {
+        for &byte in bytes {
+            self.piece.push(byte);
+            if byte == 0 || self.piece.len() == LONGEST_PIECE {
+                self.send_piece(now);
+            }
+        }
+    }
+
+    /// Sends what waits for the end of its frame, or to be overtaken.
+    pub fn flush(&mut self, now: Duration) {
+        if !self.piece.is_empty() {
+            self.send_piece(now);
+        }
+        if let Some(frame) = self.overtaken.take() {
+            self.deliver_frame(&frame, 1, now);
+        }
+    }
+
+    /// The bytes that have arrived by now.
+    pub fn receive(&mut self, now: Duration) -> Vec<u8> {
+        let mut arrived = Vec::new();
+        while self.next_arrival().is_some_and(|due| due <= now) {
+            arrived.extend(self.on_the_way.pop_front().into_iter().flat_map(|it| it.1));
+        }
+        arrived
+    }
+
+    /// When the next bytes arrive, if any are on the way.
+    #[must_use]
+    pub fn next_arrival(&self) -> Option<Duration> {
+        self.on_the_way.front().map(|(due, _)| *due)
+    }
+
+    /// What the line did so far.
+    #[must_use]
+    pub fn tally(&self) -> LineTally {
+        self.tally
+    }
+
+    /// Whether something that is named by a word strikes the frame that is now sent.
+    fn strikes(&mut self, now: Duration, rate_of: impl Fn(LineFault) -> Option<f64>) -> bool {
+        let byte = self.tally.bytes_sent;
+        let Self {
+            troubles, random, ..
+        } = self;
+        troubles
+            .iter()
+            .filter(|trouble| trouble.window.contains(now, byte))
+            .filter_map(|trouble| rate_of(trouble.fault))
+            .fold(false, |struck, rate| struck | (uniform(random) <= rate))
+    }
+
+    fn send_piece(&mut self, now: Duration) {
+        let mut frame = std::mem::take(&mut self.piece);
+        if frame == [0] {
+            self.tally.bytes_sent += 1;
+            let passed = self.disturb(&[0], self.tally.bytes_sent - 1, now);
+            self.dispatch(passed, now);
+            return;
+        }
+        self.tally.sent += 1;
+        let rate = |fault| match fault {
+            LineFault::Lost(rate) => Some(rate),
+            _ => None,
+        };
+        if self.strikes(now, rate) {
+            self.tally.bytes_sent += frame.len() as u64;
+            self.tally.lost += 1;
+            return;
+        }
+        let rate = |fault| match fault {
+            LineFault::Cut(rate) => Some(rate),
+            _ => None,
+        };
+        let is_cut = self.strikes(now, rate);
+        if is_cut {
+            self.tally.bytes_sent += frame.len() as u64;
+            frame.truncate(uniform_below(&mut self.random, frame.len() as u32) as usize);
+            let passed = self.disturb(&frame, self.tally.bytes_sent, now);
+            self.note(&[], passed.len());
+            self.dispatch(passed, now);
+            return;
+        }
+        let rate = |fault| match fault {
+            LineFault::Swapped(rate) => Some(rate),
+            _ => None,
+        };
+        if self.overtaken.is_none() && self.strikes(now, rate) {
+            self.overtaken = Some(frame);
+            return;
+        }
+        let rate = |fault| match fault {
+            LineFault::Twice(rate) => Some(rate),
+            _ => None,
+        };
+        let copies = if self.strikes(now, rate) { 2 } else { 1 };
+        self.deliver_frame(&frame, copies, now);
+        if let Some(overtaken) = self.overtaken.take() {
+            self.deliver_frame(&overtaken, 1, now);
+        }
+    }
+
+    fn deliver_frame(&mut self, frame: &[u8], copies: usize, now: Duration) {
+        let first_byte = self.tally.bytes_sent;
+        self.tally.bytes_sent += frame.len() as u64;
+        let mut came = 0;
+        let mut is_whole = false;
+        for _ in 0..copies {
+            let passed = self.disturb(frame, first_byte, now);
+            came += passed.len();
+            is_whole |= self.arrives_whole(frame, &passed);
+            self.dispatch(passed, now);
+        }
+        self.note(if is_whole { frame } else { &[] }, came);
+        self.lacks_only_zero = !is_whole && frame.strip_suffix(&[0]) == Some(&self.open);
+    }
+
+    /// Counts a frame of which so many bytes came; a whole one is given as its bytes.
+    fn note(&mut self, whole: &[u8], came: usize) {
+        let place = match (whole.is_empty(), came) {
+            (false, _) => &mut self.tally.whole,
+            (true, 0) => &mut self.tally.lost,
+            (true, _) => &mut self.tally.damaged,
+        };
+        *place += 1;
+    }
+
+    /// Whether the frame lies between two zero bytes of what the other end sees.
+    fn arrives_whole(&self, frame: &[u8], passed: &[u8]) -> bool {
+        if self.open.is_empty() && passed == frame {
+            return frame.ends_with(&[0]);
+        }
+        let seen = [&self.open[..], passed].concat();
+        let content = frame.strip_suffix(&[0]).unwrap_or(frame);
+        let mut pieces = seen.split(|byte| *byte == 0);
+        // What is behind the last zero byte is not ended.
+        let _ = pieces.next_back();
+        pieces.any(|piece| piece == content)
+    }
+
+    /// What becomes of bytes: dropped, garbage between them, bits flipped.
+    fn disturb(&mut self, bytes: &[u8], first: u64, now: Duration) -> Vec<u8> {
+        let Self {
+            troubles, random, ..
+        } = self;
+        let mut left = bytes.to_vec();
+        let holds = |window: &Window, place| window.contains(now, first + place as u64);
+        for trouble in troubles.iter_mut() {
+            let window = trouble.window;
+            match trouble.fault {
+                LineFault::Off => {
+                    let mut place = 0;
+                    left.retain(|_| {
+                        place += 1;
+                        !holds(&window, place - 1)
+                    });
+                }
+                LineFault::Dropped { most, .. } => {
+                    let mut place = 0;
+                    left.retain(|_| {
+                        place += 1;
+                        if holds(&window, place - 1)
+                            && trouble.chance.next_within(1, random).is_some()
+                        {
+                            trouble.to_drop = 1 + uniform_below(random, most);
+                        }
+                        let is_dropped = trouble.to_drop > 0;
+                        trouble.to_drop = trouble.to_drop.saturating_sub(1);
+                        !is_dropped
+                    });
+                }
+                LineFault::Garbage { most, .. } => {
+                    let mut mixed = Vec::with_capacity(left.len());
+                    for (place, byte) in left.iter().enumerate() {
+                        if holds(&window, place) && trouble.chance.next_within(1, random).is_some()
+                        {
+                            let count = 1 + uniform_below(random, most);
+                            mixed.extend((0..count).map(|_| random.bits() as u8));
+                        }
+                        mixed.push(*byte);
+                    }
+                    left = mixed;
+                }
+                LineFault::BitErrors(_) => {
+                    for (place, byte) in left.iter_mut().enumerate() {
+                        if !holds(&window, place) {
+                            continue;
+                        }
+                        let mut bit = 0;
+                        while let Some(more) = trouble.chance.next_within(8 - bit, random) {
+                            *byte ^= 1 << (bit + more);
+                            bit += more + 1;
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        left
+    }
+
+    /// Sends bytes on their way.
+    fn dispatch(&mut self, bytes: Vec<u8>, now: Duration) {
+        if bytes.is_empty() {
+            return;
+        }
+        self.tally.bytes_delivered += bytes.len() as u64;
+        if std::mem::take(&mut self.lacks_only_zero) && bytes.first() == Some(&0) {
+            self.tally.damaged -= 1;
+            self.tally.whole += 1;
+        }
+        match bytes.iter().rposition(|byte| *byte == 0) {
+            Some(zero) => self.open = bytes.iter().skip(zero + 1).copied().collect(),
+            None => self.open.extend_from_slice(&bytes),
+        }
+        // What is longer than any frame stays so, whatever follows.
+        self.open.truncate(LONGEST_PIECE);
+        let byte = self.tally.bytes_sent;
+        let mut due = now;
+        for trouble in &self.troubles {
+            if !trouble.window.contains(now, byte) {
+                continue;
+            }
+            match trouble.fault {
+                LineFault::Slow(speed) => {
+                    let time = Duration::from_secs_f64(bytes.len() as f64 / f64::from(speed));
+                    due = due.max(self.free_at) + time;
+                    self.free_at = due;
+                }
+                LineFault::Delay(time) => due += time,
+                _ => {}
+            }
+        }
+        // Bytes never overtake each other.
+        let due = self
+            .on_the_way
+            .back()
+            .map_or(due, |(last, _)| due.max(*last));
+        self.on_the_way.push_back((due, bytes));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(faults: &str) -> LossyLine {
+        LossyLine::new(&faults.parse().unwrap(), 1)
+    }
+
+    /// A thousand frames of 2 to 21 bytes, none like another.
+    fn frames() -> Vec<Vec<u8>> {
+        (0..1000_u16)
+            .map(|number| {
+                let [low, high] = number.to_le_bytes().map(|byte| byte | 1);
+                let mut frame = vec![low, high];
+                frame.resize(1 + usize::from(number % 20), 7);
+                frame.push(0);
+                frame
+            })
+            .collect()
+    }
+
+    fn through(line: &mut LossyLine) -> Vec<u8> {
+        let mut came = Vec::new();
+        for frame in frames() {
+            line.send(&frame, Duration::ZERO);
+            came.extend(line.receive(Duration::MAX));
+        }
+        line.flush(Duration::ZERO);
+        came.extend(line.receive(Duration::MAX));
+        came
+    }
+
+    #[test]
+    fn a_line_without_faults_hands_on_every_byte_at_once() {
+        let mut line = line("ok");
+        assert_eq!(through(&mut line), frames().concat());
+        let tally = line.tally();
+        assert_eq!(
+            (tally.sent, tally.whole, tally.damaged, tally.lost),
+            (1000, 1000, 0, 0)
+        );
+        assert_eq!(tally.bytes_sent, tally.bytes_delivered);
+    }
+
+    #[test]
+    fn each_fault_does_what_its_word_says() {
+        let all = frames().concat();
+        let came = |faults| {
+            let mut line = line(faults);
+            let came = through(&mut line);
+            let tally = line.tally();
+            assert_eq!(
+                tally.whole + tally.damaged + tally.lost,
+                tally.sent,
+                "{faults}"
+            );
+            assert_eq!(tally.bytes_delivered, came.len() as u64, "{faults}");
+            assert_eq!(tally.bytes_sent, all.len() as u64, "{faults}");
+            (came, tally)
+        };
+        let (bytes, tally) = came("off");
+        assert!(bytes.is_empty() && tally.lost == 1000);
+        assert_eq!(
+            came("off@100B..200B").0,
+            [&all[..100], &all[200..]].concat()
+        );
+        assert_eq!(
+            came("ber:1").0,
+            all.iter().map(|byte| !byte).collect::<Vec<_>>()
+        );
+        let (bytes, tally) = came("twice:1");
+        assert_eq!((bytes.len(), tally.whole), (2 * all.len(), 1000));
+        let (bytes, tally) = came("swap:1");
+        assert_eq!((bytes.len(), tally.whole), (all.len(), 1000));
+        assert_ne!(bytes, all);
+        let (_, tally) = came("lose:0.5");
+        // Four standard deviations of 1000 tosses.
+        assert!(
+            tally.lost.abs_diff(500) < 64 && tally.damaged == 0,
+            "{tally:?}"
+        );
+        let (bytes, tally) = came("cut:0.5");
+        assert!(bytes.len() < all.len() && tally.damaged > 400, "{tally:?}");
+        assert!(came("drop:0.01x9").0.len() < all.len());
+        assert!(came("garbage:0.01x9").0.len() > all.len());
+    }
+
+    #[test]
+    fn a_slow_line_takes_its_time_and_a_late_one_waits() {
+        let ms = Duration::from_millis;
+        let mut line = line("slow:1000+delay:5ms");
+        line.send(&[1, 1, 1, 0], ms(10));
+        line.send(&[2, 2, 2, 0], ms(10));
+        assert_eq!(line.next_arrival(), Some(ms(19)));
+        assert!(line.receive(ms(18)).is_empty());
+        assert_eq!(line.receive(ms(22)), [1, 1, 1, 0]);
+        assert_eq!(line.receive(ms(23)), [2, 2, 2, 0]);
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_bytes_and_others_do_not() {
+        let faults = "ber:1e-3+drop:1e-3x5+garbage:1e-3+lose:0.01"
+            .parse()
+            .unwrap();
+        let came = |seed| through(&mut LossyLine::new(&faults, seed));
+        assert_eq!(came(7), came(7));
+        assert_ne!(came(7), came(8));
+    }
+}

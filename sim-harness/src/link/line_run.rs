@@ -1,0 +1,110 @@
+//! A host's own run, sent over a line to whoever maps it.
+
+use std::time::Duration;
+
+use amiro_ipf::event::Event;
+use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received};
+
+use super::{Account, FrameTally, InOrder, LineTally, LossyLine};
+
+/// Boot id of the frames that stand for a host's own node.
+const HOST_NODE_BOOT_ID: u8 = 0;
+
+/// Sends events over a line as a board would, and receives them as a host would.
+///
+/// Time on the line is the time of the steps' stamps, from the first one on.
+#[derive(Clone, Debug)]
+pub struct LineRun {
+    encoder: Encoder,
+    line: LossyLine,
+    receiver: Receiver,
+    first_us: Option<u64>,
+    now: Duration,
+}
+
+/// The other end of the line.
+#[derive(Clone, Debug)]
+struct Receiver {
+    decoder: Decoder,
+    account: Account,
+    order: InOrder,
+    bytes: Vec<u8>,
+}
+
+/// What became of a run on a line.
+#[derive(Clone, Debug)]
+pub struct LineOutcome {
+    /// As the host counts.
+    pub frames: FrameTally,
+    /// As the line knows.
+    pub line: LineTally,
+    /// What arrived.
+    pub bytes: Vec<u8>,
+}
+
+impl LineRun {
+    /// A run that begins on a line of its own.
+    #[must_use]
+    pub fn new(line: LossyLine) -> Self {
+        Self {
+            encoder: Encoder::new(HOST_NODE_BOOT_ID),
+            line,
+            receiver: Receiver {
+                decoder: Decoder::new(),
+                account: Account::since_boot(HOST_NODE_BOOT_ID),
+                order: InOrder::since_boot(HOST_NODE_BOOT_ID),
+                bytes: Vec::new(),
+            },
+            first_us: None,
+            now: Duration::ZERO,
+        }
+    }
+
+    /// Sends an event; hands on those that have arrived by now.
+    pub fn send(&mut self, event: &Event, on_event: &mut impl FnMut(&Event)) {
+        if let Event::StepBegun(step) = event {
+            let first_us = *self.first_us.get_or_insert(step.stamp_us);
+            self.now = Duration::from_micros(step.stamp_us.saturating_sub(first_us));
+        }
+        let frame = self.encoder.encode(Outgoing::Event(event));
+        self.line.send(frame, self.now);
+        self.receiver.take(&self.line.receive(self.now), on_event);
+    }
+
+    /// Waits for what is still on the way, and closes the account: the sender knows how
+    /// many frames it has sent.
+    pub fn finish(mut self, on_event: &mut impl FnMut(&Event)) -> LineOutcome {
+        self.line.flush(self.now);
+        self.receiver
+            .take(&self.line.receive(Duration::MAX), on_event);
+        self.receiver
+            .order
+            .finish(|frame| hand_on(&frame.message, on_event));
+        let line = self.line.tally();
+        self.receiver.account.close(line.sent);
+        LineOutcome {
+            frames: self.receiver.account.tally(),
+            line,
+            bytes: self.receiver.bytes,
+        }
+    }
+}
+
+impl Receiver {
+    fn take(&mut self, bytes: &[u8], on_event: &mut impl FnMut(&Event)) {
+        self.bytes.extend_from_slice(bytes);
+        for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            self.account.take(&received);
+            if let Received::Frame { frame, .. } = received {
+                self.order
+                    .take(frame, |frame| hand_on(&frame.message, on_event));
+            }
+        }
+    }
+}
+
+fn hand_on(message: &Message, on_event: &mut impl FnMut(&Event)) {
+    if let Message::Event(event) = message {
+        on_event(event);
+    }
+}

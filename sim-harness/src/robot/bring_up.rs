@@ -1,0 +1,49 @@
+//! The parts of the robot when its power comes up.
+
+use amiro_ipf::driver::{DEFAULT_OFFSET, OffsetOrigin, Offsets, STORE_BYTES};
+use amiro_ipf::sensor::{SENSORS, SensorMask};
+
+use crate::bus::{Fault, RobotBuses, SensorFault, place_of};
+
+/// Raw counts of the robot's sensors with nothing in range; its memory holds them.
+///
+/// Those of a robot on a table, as published.
+pub const OFFSETS: [u16; SENSORS] = [2469, 2412, 2381, 2491, 2488, 2449, 2413, 2320];
+
+/// The robot's buses with these sensors plugged in and the offsets in the memory.
+pub(super) fn buses(plugged: SensorMask) -> RobotBuses {
+    let mut buses = RobotBuses::default();
+    for sensor in 0..SENSORS {
+        // Until the first measurement is known: nothing in range.
+        buses.set_signal(
+            sensor,
+            OFFSETS.get(sensor).copied().unwrap_or(DEFAULT_OFFSET),
+        );
+        if !plugged.contains(sensor) {
+            plug(&mut buses, sensor, SensorFault::Unplugged, 0);
+        }
+    }
+    let offsets = Offsets {
+        counts: OFFSETS,
+        origin: OffsetOrigin::Stored,
+    };
+    let mut bytes = [0; STORE_BYTES];
+    offsets.encode(&mut bytes);
+    if let Some(memory) = &mut buses.two.parts_mut().memory {
+        for (place, byte) in memory.bytes_mut().iter_mut().zip(bytes) {
+            *place = byte;
+        }
+    }
+    buses
+}
+
+/// Pulls a sensor's plug, or plugs it in, before the first byte from a time on.
+pub(super) fn plug(buses: &mut RobotBuses, sensor: usize, fault: SensorFault, from_ns: u64) {
+    let place = place_of(sensor);
+    let fault = Fault::Sensor {
+        // A channel is 0 to 3.
+        channel: u8::try_from(place.channel).unwrap_or(u8::MAX),
+        fault,
+    };
+    buses.bus_mut(place.bus).script.from_time(from_ns, fault);
+}

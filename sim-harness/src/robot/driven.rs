@@ -1,0 +1,93 @@
+//! A robot's whole drive, and what other odometries would have made of it.
+
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::health::Health;
+use amiro_ipf::input::Input;
+use amiro_ipf::senses::ODOMETRY_AGE_US;
+
+use super::{Report, Robot, Said};
+
+/// A robot's whole drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotDrive {
+    /// What the senses reported.
+    pub reports: Vec<Report>,
+    /// Times of the samples, and where the robot really was.
+    pub poses: Vec<(u64, Pose)>,
+    /// How the parts were, eight times a second.
+    pub healths: Vec<(u64, Health)>,
+}
+
+impl RobotDrive {
+    /// The node's inputs.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<Input> {
+        let inputs = self.reports.iter().map(|report| report.said.input());
+        inputs.flatten().collect()
+    }
+
+    /// The inputs of a node that knows when each frame's pose was reckoned.
+    #[must_use]
+    pub fn inputs_with_true_stamps(&self) -> Vec<Input> {
+        let inputs = self.reports.iter().map(|report| match report.said {
+            Said::Pose {
+                input: Input::Odometry { pose, .. },
+                updated_us: stamp_us,
+            } => Some(Input::Odometry { stamp_us, pose }),
+            said => said.input(),
+        });
+        inputs.flatten().collect()
+    }
+
+    /// The inputs of a node that takes every frame's pose for as old as poses are in the
+    /// mean.
+    #[must_use]
+    pub fn inputs_with_mean_age(&self) -> Vec<Input> {
+        let inputs = self.reports.iter().map(|report| match report.said {
+            Said::Pose {
+                input: Input::Odometry { pose, .. },
+                ..
+            } => Some(Input::Odometry {
+                stamp_us: report.at_us.saturating_sub(ODOMETRY_AGE_US),
+                pose,
+            }),
+            said => said.input(),
+        });
+        inputs.flatten().collect()
+    }
+
+    /// The inputs of a node that knows where the robot is, to the bit.
+    #[must_use]
+    pub fn inputs_with_true_poses(&self) -> Vec<Input> {
+        let samples = self.reports.iter().filter_map(|report| match report.said {
+            Said::Samples(input) => Some(input),
+            _ => None,
+        });
+        let pairs = self.poses.iter().zip(samples);
+        let both = pairs
+            .flat_map(|(&(stamp_us, pose), samples)| [Input::Odometry { stamp_us, pose }, samples]);
+        both.collect()
+    }
+}
+
+/// Lets a robot drive to its end.
+#[must_use]
+pub fn drive(mut robot: Robot) -> RobotDrive {
+    let mut whole = RobotDrive {
+        reports: Vec::new(),
+        poses: Vec::new(),
+        healths: Vec::new(),
+    };
+    while let Some(report) = robot.next() {
+        match report.said {
+            Said::Samples(_) => {
+                let pose = robot.true_pose_at(report.at_us);
+                whole.poses.push((report.at_us, pose));
+            }
+            Said::Health(health) => whole.healths.push((report.at_us, health)),
+            Said::Pose { .. } | Said::Offsets(_) => {}
+        }
+        whole.reports.push(report);
+    }
+    whole
+}

@@ -1,0 +1,57 @@
+//! What a node makes of a robot's inputs: events, a map, its scores.
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::{Event, StepBegun};
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
+
+use crate::evaluation::{Scores, Truth};
+use crate::mapping::{CountingMapper, Map, Mapper};
+use crate::world::Scenario;
+use crate::{RunError, RunOutcome, run};
+
+/// What a node made of inputs.
+#[derive(Clone, Debug)]
+pub struct Mapped {
+    /// All its events.
+    pub events: Vec<Event>,
+    /// Steps and refusals.
+    pub outcome: RunOutcome,
+    /// The map at the end.
+    pub map: Map,
+}
+
+/// Hands inputs to a node and counts its events into a map.
+///
+/// # Errors
+/// As [`run`].
+pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Mapped, RunError> {
+    let mut mapper = CountingMapper::new(scenario.cell_m);
+    let mut events = Vec::new();
+    let outcome = run(config, inputs, |event| {
+        mapper.take(event);
+        events.push(event.clone());
+    })?;
+    Ok(Mapped {
+        events,
+        outcome,
+        map: mapper.map(),
+    })
+}
+
+impl Mapped {
+    /// What each step began with.
+    pub fn steps(&self) -> impl Iterator<Item = &StepBegun> {
+        self.events.iter().filter_map(|event| match event {
+            Event::StepBegun(step) => Some(step),
+            _ => None,
+        })
+    }
+
+    /// Scores of the map; what is visible is so from the poses of the given steps.
+    #[must_use]
+    pub fn scores(&self, scenario: &Scenario) -> Scores {
+        let poses: Vec<Pose> = self.steps().map(|step| step.pose).collect();
+        Scores::of(&self.map, &Truth::of(scenario, &poses))
+    }
+}

@@ -1,0 +1,44 @@
+//! A simulated robot: a world before its sensors, the parts on its buses, its own senses.
+//!
+//! Where [`simulate_with`](crate::world::simulate_with) says what a node would be told,
+//! a [`Robot`] has the core find it out: the world's counts are in the registers of the
+//! eight sensors when their own clocks say so, [`Senses`](amiro_ipf::senses::Senses)
+//! reads them over multiplexers and buses, byte for byte, and the pose comes in the
+//! frames of the robot's bus. [`RobotFaults`] break what can break.
+//!
+//! [`SensorFaultTrials`] measure what a broken sensor costs a map, [`StampTrials`] what
+//! it costs that a frame does not say when its pose was true.
+//!
+//! Not modelled: what the flash image's interrupts do (a transaction waits for its end
+//! here), lost samples other than by faults on the buses, and a frame's way over its bus.
+
+mod bring_up;
+mod driven;
+mod faults;
+mod mapped;
+mod rhythm;
+mod scene;
+mod sensor_faults;
+mod simulated;
+mod stamps;
+mod wheel_board;
+
+pub use bring_up::OFFSETS;
+pub use driven::{RobotDrive, drive};
+pub use faults::{RobotFaults, Trouble};
+pub use mapped::{Mapped, map};
+pub use rhythm::{Rhythm, SensorClocks};
+pub use scene::Scene;
+pub use sensor_faults::{SensorFaultRow, SensorFaultTrials, SensorTrouble};
+pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
+pub use stamps::{StampRow, StampTrials};
+
+use amiro_ipf::filter::Profile;
+
+/// What a profile is called in tables.
+const fn profile_name(profile: Profile) -> &'static str {
+    match profile {
+        Profile::Paper => "paper",
+        Profile::Plus => "plus",
+    }
+}

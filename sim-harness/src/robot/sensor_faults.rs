@@ -1,0 +1,239 @@
+//! What a broken sensor costs a map.
+
+use core::fmt;
+use core::ops::Range;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
+use amiro_ipf::sensor::SENSORS;
+use rayon::prelude::*;
+
+use super::{Robot, RobotDrive, RobotFaults, Trouble, drive, map};
+use crate::RunError;
+use crate::evaluation::{Figure, Scores, Spread};
+use crate::world::{Drive, Options, Scenario};
+
+/// How one sensor is broken from some time of a drive on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorTrouble {
+    /// Unplugged.
+    Dead,
+    /// Its register is full.
+    Saturated,
+    /// It measures the same again and again.
+    Stuck,
+}
+
+impl SensorTrouble {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Dead, Self::Saturated, Self::Stuck];
+
+    /// The most overall error that it may cost, as a share.
+    #[must_use]
+    pub const fn most_loss(self) -> f64 {
+        match self {
+            Self::Dead | Self::Stuck => 0.03,
+            Self::Saturated => 0.02,
+        }
+    }
+
+    /// The trouble of a sensor.
+    #[must_use]
+    pub const fn of(self, sensor: usize) -> Trouble {
+        match self {
+            Self::Dead => Trouble::Unplugged { sensor },
+            Self::Saturated => Trouble::Saturated { sensor },
+            Self::Stuck => Trouble::Stuck { sensor },
+        }
+    }
+}
+
+impl fmt::Display for SensorTrouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Dead => "dead",
+            Self::Saturated => "saturated",
+            Self::Stuck => "stuck",
+        })
+    }
+}
+
+/// Drives of a robot, each without a fault and with every trouble of one sensor.
+///
+/// Which sensor goes with the seed: eight seeds in a row break each once.
+#[derive(Clone, Debug)]
+pub struct SensorFaultTrials {
+    /// The worlds and drives.
+    pub scenarios: Vec<Scenario>,
+    /// Seeds of noise, clocks and filters; the end is excluded.
+    pub seeds: Range<u64>,
+    /// When the sensor breaks, as a share of the drive's time.
+    pub breaks_at: f64,
+    /// Particles for each sensor in use.
+    pub particles_per_sensor: u16,
+}
+
+/// One scenario and profile, without trouble or with one: figures over the seeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorFaultRow {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The filter.
+    pub profile: Profile,
+    /// What was broken; `None` for nothing.
+    pub trouble: Option<SensorTrouble>,
+    /// Overall error.
+    pub oe: Spread,
+    /// True positive rate.
+    pub tpr: Spread,
+    /// False positive rate.
+    pub fpr: Spread,
+    /// Share of the visible surface that is found.
+    pub surface_recall: Spread,
+    /// Share of the visible free space that is classified.
+    pub coverage: Spread,
+    /// Overall error less that of the same drive without trouble.
+    pub loss: Spread,
+    /// The largest of these, and its seed.
+    pub worst: Option<(f64, u64)>,
+}
+
+impl SensorFaultRow {
+    /// Whether the trouble costs no drive more than it may.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.trouble.is_none_or(|trouble| {
+            let most = trouble.most_loss();
+            self.worst.is_some_and(|(loss, _)| loss <= most)
+        })
+    }
+}
+
+/// Scores of one drive by trouble; the first is without.
+type DriveScores = [Scores; 1 + SensorTrouble::ALL.len()];
+
+impl SensorFaultTrials {
+    /// Drives and maps everything: by scenario, then profile, then trouble.
+    ///
+    /// # Errors
+    /// A filter did not run.
+    pub fn run(&self) -> Result<Vec<SensorFaultRow>, RunError> {
+        let mut rows = Vec::new();
+        for scenario in &self.scenarios {
+            let seeds: Vec<u64> = self.seeds.clone().collect();
+            let drives: Result<Vec<_>, RunError> = seeds
+                .par_iter()
+                .map(|seed| self.scores(scenario, *seed))
+                .collect();
+            let drives = drives?;
+            for (place, profile) in PROFILES.into_iter().enumerate() {
+                let of_profile: Vec<DriveScores> =
+                    drives.iter().map(|drive| drive[place]).collect();
+                let troubles = [None].into_iter().chain(SensorTrouble::ALL.map(Some));
+                rows.extend(troubles.enumerate().map(|(column, trouble)| {
+                    row(scenario, profile, trouble, &seeds, column, &of_profile)
+                }));
+            }
+        }
+        Ok(rows)
+    }
+
+    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[DriveScores; 2], RunError> {
+        let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
+        let sensor = (seed % SENSORS as u64) as usize;
+        let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
+        let sound = driven(RobotFaults::none());
+        let broken = SensorTrouble::ALL
+            .map(|trouble| driven(RobotFaults::none().from(from_us, trouble.of(sensor))));
+        let of_profile = |profile| -> Result<DriveScores, RunError> {
+            let config = Config {
+                seed,
+                particles_per_sensor: self.particles_per_sensor,
+                ..scenario.config(profile)
+            };
+            let judged = |whole: &RobotDrive| -> Result<Scores, RunError> {
+                Ok(map(scenario, &config, &whole.inputs())?.scores(scenario))
+            };
+            let [dead, saturated, stuck] = &broken;
+            Ok([
+                judged(&sound)?,
+                judged(dead)?,
+                judged(saturated)?,
+                judged(stuck)?,
+            ])
+        };
+        Ok([of_profile(Profile::Paper)?, of_profile(Profile::Plus)?])
+    }
+}
+
+const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
+
+fn row(
+    scenario: &Scenario,
+    profile: Profile,
+    trouble: Option<SensorTrouble>,
+    seeds: &[u64],
+    column: usize,
+    drives: &[DriveScores],
+) -> SensorFaultRow {
+    let spread = |figure: fn(&Scores) -> Option<f64>| {
+        let figures = drives.iter().map(|drive| figure(&drive[column]));
+        Spread::of(&figures.collect::<Vec<_>>())
+    };
+    let losses: Vec<Option<f64>> = drives
+        .iter()
+        .map(|drive| Some(drive[column].oe? - drive[0].oe?))
+        .collect();
+    let worst = losses.iter().zip(seeds);
+    let worst = worst.filter_map(|(loss, seed)| Some(((*loss)?, *seed)));
+    SensorFaultRow {
+        scenario: scenario.name.clone(),
+        profile,
+        trouble,
+        oe: spread(|scores| scores.oe),
+        tpr: spread(|scores| scores.tpr),
+        fpr: spread(|scores| scores.fpr),
+        surface_recall: spread(|scores| scores.surface_recall),
+        coverage: spread(|scores| scores.coverage),
+        loss: Spread::of(&losses),
+        worst: worst.max_by(|(a, _), (b, _)| a.total_cmp(b)),
+    }
+}
+
+/// One line of fixed columns.
+impl fmt::Display for SensorFaultRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let figure = |value, decimals| Figure { value, decimals };
+        let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 2);
+        let verdict = match self.trouble {
+            None => "    ",
+            Some(_) if self.holds() => "PASS",
+            Some(_) => "FAIL",
+        };
+        let trouble = self
+            .trouble
+            .map_or("none".to_owned(), |trouble| trouble.to_string());
+        write!(
+            f,
+            "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
+             coverage {:4}",
+            self.scenario,
+            super::profile_name(self.profile),
+            percent(self.oe.mean),
+            figure(self.tpr.mean, 2),
+            figure(self.fpr.mean, 3),
+            figure(self.surface_recall.mean, 2),
+            figure(self.coverage.mean, 2),
+        )?;
+        let (Some(trouble), Some((worst, seed))) = (self.trouble, self.worst) else {
+            return Ok(());
+        };
+        write!(
+            f,
+            "  loss {:5}, worst {:5} ({seed}) <= {:.0} points",
+            percent(self.loss.mean),
+            percent(Some(worst)),
+            100.0 * trouble.most_loss()
+        )
+    }
+}

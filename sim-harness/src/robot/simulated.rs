@@ -1,0 +1,342 @@
+//! The robot: ticks of its patrol, transactions, frames, and what comes of them.
+
+use std::collections::VecDeque;
+
+use amiro_ipf::can::CanState;
+use amiro_ipf::driver::{Bus, SensorState, Transaction};
+use amiro_ipf::event::OffsetReport;
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::health::{CanHealth, Health};
+use amiro_ipf::input::Input;
+use amiro_ipf::random::Generator;
+use amiro_ipf::seed::SeedSource;
+use amiro_ipf::senses::{BUSES, Heard, Senses};
+use amiro_ipf::sensor::SENSORS;
+
+use super::bring_up::{buses, plug};
+use super::wheel_board::WheelBoard;
+use super::{Rhythm, RobotFaults, Scene, SensorClocks, Trouble};
+use crate::bus::{RobotBuses, SensorFault};
+use crate::world::{Options, Scenario};
+
+/// Between two patrols of the flash image: 2 kHz.
+const PATROL_US: u64 = 500;
+/// Patrols between two reports of health.
+const HEALTH_EVERY: u64 = 250;
+/// The robot stands so long after its power came up: the sensors have earned trust and
+/// the odometry has been heard several times. A whole number of rounds.
+pub const STARTS_DRIVING_US: u64 = 400_000;
+/// And so long at the end: the last frame and the last round.
+const STANDS_US: u64 = 100_000;
+/// Sensors that measure together do so from the second round on.
+const TOGETHER_FROM_US: u64 = 8_000;
+/// Keeps garbage apart from all other noise: "garbage".
+const GARBAGE_STREAM: u64 = 0x67_6172_6261_6765;
+
+/// What the senses report, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Microseconds after the power came up.
+    pub at_us: u64,
+    /// What.
+    pub said: Said,
+}
+
+/// What the senses report: what the flash image's sampler tells its program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Said {
+    /// Samples, an input for the node.
+    Samples(Input),
+    /// A pose, an input for the node.
+    Pose {
+        /// The input.
+        input: Input,
+        /// When the pose was reckoned, which no robot knows of its frames.
+        updated_us: u64,
+    },
+    /// How the parts are.
+    Health(Health),
+    /// The offsets were read.
+    Offsets(OffsetReport),
+}
+
+impl Said {
+    /// The input for the node, if it is one.
+    #[must_use]
+    pub const fn input(&self) -> Option<Input> {
+        match self {
+            Self::Samples(input) | Self::Pose { input, .. } => Some(*input),
+            Self::Health(_) | Self::Offsets(_) => None,
+        }
+    }
+}
+
+/// A simulated robot on its drive: an iterator over what its senses report.
+///
+/// Equal arguments give equal reports, bit for bit, on every machine. It stands for
+/// [`STARTS_DRIVING_US`] first; its stamps count from when its power came up.
+#[derive(Debug)]
+pub struct Robot {
+    scene: Scene,
+    faults: RobotFaults,
+    seed: u64,
+    clocks: SensorClocks,
+    buses: RobotBuses,
+    senses: Senses,
+    wheels: WheelBoard,
+    now_us: u64,
+    patrols: u64,
+    /// The measurement of each sensor that its signal is set for.
+    prepared_ns: [Option<u64>; SENSORS],
+    /// What a stuck sensor measures.
+    held: [Option<u16>; SENSORS],
+    reports: VecDeque<Report>,
+}
+
+impl Robot {
+    /// A robot at the start of a scenario, with clocks that the seed draws.
+    ///
+    /// The options' dropout is not its own: samples get lost on the buses. Of the
+    /// odometries it has wheel errors or none.
+    #[must_use]
+    pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: RobotFaults) -> Self {
+        Self::with_rhythm(scenario, seed, options, faults, &Rhythm::drawn(seed))
+    }
+
+    /// A robot whose parts run by the given clocks.
+    #[must_use]
+    pub fn with_rhythm(
+        scenario: &Scenario,
+        seed: u64,
+        options: &Options,
+        faults: RobotFaults,
+        rhythm: &Rhythm,
+    ) -> Self {
+        let scene = Scene::of(scenario, seed, options);
+        let mut buses = buses(scene.used());
+        match rhythm.sensors {
+            SensorClocks::Scattered { seed } => buses.scatter_clocks(seed),
+            SensorClocks::Together { .. } => {
+                for sensor in 0..SENSORS {
+                    // Nothing is measured before its time.
+                    buses
+                        .sensor_mut(sensor)
+                        .set_phase(STARTS_DRIVING_US * 1_000);
+                }
+            }
+        }
+        for (when_us, trouble) in faults.all() {
+            if let Trouble::Unplugged { sensor } = trouble {
+                let at_ns = |drive_us: u64| drive_us.saturating_add(STARTS_DRIVING_US) * 1_000;
+                let from_ns = if when_us.start == 0 {
+                    0
+                } else {
+                    at_ns(when_us.start)
+                };
+                plug(&mut buses, sensor, SensorFault::Unplugged, from_ns);
+                if when_us.end < u64::MAX / 2_000 {
+                    let to_ns = at_ns(when_us.end);
+                    plug(&mut buses, sensor, SensorFault::PluggedIn, to_ns);
+                }
+            }
+        }
+        Self {
+            wheels: WheelBoard::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
+            scene,
+            faults,
+            seed,
+            clocks: rhythm.sensors,
+            buses,
+            senses: Senses::new(),
+            now_us: 0,
+            patrols: 0,
+            prepared_ns: [None; SENSORS],
+            held: [None; SENSORS],
+            reports: VecDeque::new(),
+        }
+    }
+
+    /// Where the robot is at a time after its power came up.
+    #[must_use]
+    pub fn true_pose_at(&self, at_us: u64) -> Pose {
+        self.scene.pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
+    }
+
+    /// How each sensor is, as the senses know it by now.
+    #[must_use]
+    pub fn sensors(&self) -> [SensorState; SENSORS] {
+        self.senses.sensors(self.now_us).map(|sensor| sensor.state)
+    }
+
+    /// How the parts are by now.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health {
+            sensors: self.senses.sensors(self.now_us),
+            buses: self.senses.buses(),
+            can: CanHealth {
+                state: CanState::On,
+                ..self.senses.can()
+            },
+            seed: SeedSource::Configured,
+            offsets: self.senses.offset_origin(),
+        }
+    }
+
+    /// Half a millisecond, as the flash image spends it.
+    fn patrol(&mut self) {
+        self.take_frames();
+        self.buses.advance_to(self.now_us * 1_000);
+        self.light_the_sensors();
+        // What is pending now is begun; a round that begins now is, at the next patrol.
+        let pending = BUSES.map(|bus| (bus, self.senses.next(bus, self.now_us)));
+        if let Some(input) = self.senses.poll(self.now_us) {
+            self.report(Said::Samples(input));
+        }
+        if let Some(offsets) = self.senses.take_offsets() {
+            self.report(Said::Offsets(offsets));
+        }
+        self.patrols += 1;
+        if self.patrols.is_multiple_of(HEALTH_EVERY) {
+            self.report(Said::Health(self.health()));
+        }
+        let until_us = self.now_us + PATROL_US;
+        for (bus, pending) in pending {
+            self.serve(bus, pending, until_us);
+        }
+        self.now_us = until_us;
+    }
+
+    fn report(&mut self, said: Said) {
+        let at_us = self.now_us;
+        self.reports.push_back(Report { at_us, said });
+    }
+
+    /// Executes a bus's transactions, one after the other, until a patrol's time is over.
+    fn serve(&mut self, bus: Bus, pending: Option<Transaction>, until_us: u64) {
+        let line = self.buses.bus_mut(index_of(bus));
+        let mut next = pending;
+        while let Some(transaction) = next {
+            let result = transaction.run_on(line);
+            let result = result.as_ref().map(|answer| &**answer);
+            let now_us = line.now_ns() / 1_000;
+            self.senses
+                .answer(bus, now_us, result.map_err(|fault| *fault));
+            if now_us >= until_us {
+                return;
+            }
+            next = self.senses.next(bus, now_us);
+        }
+    }
+
+    /// Takes the frames that came since the patrol before, each at its own time.
+    fn take_frames(&mut self) {
+        while let Some(sent) = self.wheels.sent_by(self.now_us, self.scene.drive()) {
+            let drive_us = sent.at_us.saturating_sub(STARTS_DRIVING_US);
+            let mut carried_m = [0.0; 2];
+            let mut is_lost = false;
+            for trouble in self.faults.at(drive_us) {
+                match trouble {
+                    Trouble::NoFrames => is_lost = true,
+                    Trouble::Elsewhere { by_m } => carried_m = by_m,
+                    _ => {}
+                }
+            }
+            if is_lost {
+                continue;
+            }
+            let heard = self.senses.take_frame(sent.at_us, &sent.frame(carried_m));
+            if let Heard::Input(input) = heard {
+                self.reports.push_back(Report {
+                    at_us: sent.at_us,
+                    said: Said::Pose {
+                        input,
+                        updated_us: sent.updated_us,
+                    },
+                });
+            }
+        }
+    }
+
+    /// Puts before each sensor what its measurement under way is to give: each has one
+    /// every 8 ms, so that none is missed.
+    fn light_the_sensors(&mut self) {
+        for sensor in self.scene.used().iter() {
+            let part = self.buses.sensor_mut(sensor);
+            let Some(at_ns) = part.measures_at_ns() else {
+                self.prepared_ns[sensor] = None;
+                continue;
+            };
+            let was_running = self.prepared_ns[sensor].is_some();
+            let at_ns = match self.clocks {
+                SensorClocks::Together { into_round_ns } if !was_running => {
+                    let first_ns = TOGETHER_FROM_US * 1_000 + into_round_ns;
+                    part.measure_next_at(first_ns);
+                    first_ns
+                }
+                _ => at_ns,
+            };
+            if self.prepared_ns[sensor].replace(at_ns) != Some(at_ns) {
+                self.light(sensor, at_ns);
+            }
+        }
+    }
+
+    fn light(&mut self, sensor: usize, at_ns: u64) {
+        let drive_ns = at_ns.cast_signed() - (STARTS_DRIVING_US * 1_000).cast_signed();
+        let Some(mut raw) = self.scene.raw_counts(sensor, drive_ns) else {
+            return;
+        };
+        let mut ambient_counts = 0;
+        let mut is_stuck = false;
+        for trouble in self.faults.at(u64::try_from(drive_ns / 1_000).unwrap_or(0)) {
+            match trouble {
+                Trouble::Saturated { sensor: it } if it == sensor => raw = u16::MAX,
+                Trouble::Stuck { sensor: it } if it == sensor => is_stuck = true,
+                Trouble::Garbage { sensor: it } if it == sensor => {
+                    let moment = at_ns.rotate_left(20);
+                    let mut noise = Generator::seeded(self.seed ^ GARBAGE_STREAM ^ moment);
+                    // The upper half of the bits.
+                    raw = (noise.bits() >> 16) as u16;
+                }
+                Trouble::Lit {
+                    sensor: it,
+                    ambient,
+                    added,
+                } if it == sensor => {
+                    ambient_counts = ambient;
+                    raw = raw.saturating_add(added);
+                }
+                _ => {}
+            }
+        }
+        let held = &mut self.held[sensor];
+        if is_stuck {
+            raw = *held.get_or_insert(raw);
+        } else {
+            *held = None;
+        }
+        let part = self.buses.sensor_mut(sensor);
+        part.set_signal(raw);
+        part.set_ambient(ambient_counts);
+    }
+}
+
+impl Iterator for Robot {
+    type Item = Report;
+
+    fn next(&mut self) -> Option<Report> {
+        let end_us = STARTS_DRIVING_US + self.scene.drive().end_us() + STANDS_US;
+        while self.reports.is_empty() && self.now_us < end_us {
+            self.patrol();
+        }
+        self.reports.pop_front()
+    }
+}
+
+const fn index_of(bus: Bus) -> usize {
+    match bus {
+        Bus::I2c1 => 0,
+        Bus::I2c2 => 1,
+    }
+}

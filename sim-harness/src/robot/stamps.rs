@@ -1,0 +1,121 @@
+//! What it costs a map that a frame does not say when its pose was reckoned.
+
+use core::ops::Range;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
+use amiro_ipf::input::Input;
+use rayon::prelude::*;
+
+use super::{Robot, RobotFaults, drive, map};
+use crate::RunError;
+use crate::evaluation::Spread;
+use crate::world::{Options, Scenario};
+
+/// The same drives of a robot with four odometries.
+#[derive(Clone, Debug)]
+pub struct StampTrials {
+    /// The worlds and drives.
+    pub scenarios: Vec<Scenario>,
+    /// Seeds of noise, clocks and filters; the end is excluded.
+    pub seeds: Range<u64>,
+}
+
+/// One scenario and profile: overall errors over the seeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampRow {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The filter.
+    pub profile: Profile,
+    /// With exact poses at the readings' stamps.
+    pub exact: Spread,
+    /// With the frames' poses, stamped with the time that they were reckoned at.
+    pub true_stamps: Spread,
+    /// With the frames' poses as the senses stamp them.
+    pub own_stamps: Spread,
+    /// With every frame's pose taken for as old as poses are in the mean.
+    pub mean_age: Spread,
+    /// Distance of the steps' poses from the truth with true stamps, with the senses'
+    /// own and with the mean age, root of the mean square over a drive, metres.
+    pub off_m: [Spread; 3],
+}
+
+impl StampTrials {
+    /// Drives and maps everything: by scenario, then profile.
+    ///
+    /// # Errors
+    /// A filter did not run.
+    pub fn run(&self) -> Result<Vec<StampRow>, RunError> {
+        let profiles = [Profile::Paper, Profile::Plus];
+        let rows = self
+            .scenarios
+            .iter()
+            .flat_map(|scenario| profiles.map(|profile| self.row(scenario, profile)));
+        rows.collect()
+    }
+
+    fn row(&self, scenario: &Scenario, profile: Profile) -> Result<StampRow, RunError> {
+        let seeds: Vec<u64> = self.seeds.clone().collect();
+        let drives: Result<Vec<_>, RunError> = seeds
+            .par_iter()
+            .map(|seed| errors(scenario, profile, *seed))
+            .collect();
+        let drives = drives?;
+        let spread = |of: usize| {
+            let errors: Vec<Option<f64>> = drives.iter().map(|(oe, _)| oe[of]).collect();
+            Spread::of(&errors)
+        };
+        let off = |of: usize| {
+            let each: Vec<_> = drives.iter().map(|(_, off_m)| off_m[of]).collect();
+            Spread::of(&each)
+        };
+        Ok(StampRow {
+            scenario: scenario.name.clone(),
+            profile,
+            exact: spread(0),
+            true_stamps: spread(1),
+            own_stamps: spread(2),
+            mean_age: spread(3),
+            off_m: [off(1), off(2), off(3)],
+        })
+    }
+}
+
+/// Overall errors, and distances from the truth, by odometry.
+type DriveErrors = ([Option<f64>; 4], [Option<f64>; 4]);
+
+/// Overall errors of one drive with the four odometries, and how far the steps' poses
+/// were from the truth.
+fn errors(scenario: &Scenario, profile: Profile, seed: u64) -> Result<DriveErrors, RunError> {
+    let config = Config {
+        seed,
+        ..scenario.config(profile)
+    };
+    let robot = Robot::new(scenario, seed, &Options::default(), RobotFaults::none());
+    let whole = drive(robot);
+    let true_place = |stamp_us: u64| {
+        let at = whole.poses.partition_point(|(at_us, _)| *at_us < stamp_us);
+        whole.poses.get(at).map(|(_, pose)| pose.position)
+    };
+    let variants: [Vec<Input>; 4] = [
+        whole.inputs_with_true_poses(),
+        whole.inputs_with_true_stamps(),
+        whole.inputs(),
+        whole.inputs_with_mean_age(),
+    ];
+    let (mut oe, mut off_m) = ([None; 4], [None; 4]);
+    for ((inputs, oe), off_m) in variants.iter().zip(&mut oe).zip(&mut off_m) {
+        let mapped = map(scenario, &config, inputs)?;
+        *oe = mapped.scores(scenario).oe;
+        let squares = mapped.steps().filter_map(|step| {
+            let off = true_place(step.stamp_us)? - step.pose.position;
+            Some(f64::from(off.norm()).powi(2))
+        });
+        let (count, sum) = squares.fold((0_u32, 0.0), |(count, sum), square| {
+            (count + 1, sum + square)
+        });
+        *off_m = (count > 0).then(|| (sum / f64::from(count)).sqrt());
+    }
+    Ok((oe, off_m))
+}
