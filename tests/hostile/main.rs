@@ -30,6 +30,10 @@ mod terminal;
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod wire;
 
+#[path = "../fuzz/src/words.rs"]
+#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
+mod words;
+
 use std::path::Path;
 
 use amiro_ipf::random::Generator;
@@ -82,7 +86,7 @@ fn corpus(target: &str) -> Vec<Vec<u8>> {
 
 #[test]
 fn every_target_has_its_seeds() {
-    for (target, least) in seeds::TARGETS.into_iter().zip([30, 3, 4, 6, 3]) {
+    for (target, least) in seeds::TARGETS.into_iter().zip([30, 3, 4, 6, 3, 6]) {
         let count = seeds::of(target).len();
         assert!(count >= least, "{target}: {count}");
     }
@@ -111,4 +115,9 @@ fn any_text_as_a_scenario_is_refused_or_can_be_driven() {
 #[test]
 fn any_answers_and_frames_leave_the_senses_ready_for_sound_ones() {
     run_all("senses", senses::check, 1_500);
+}
+
+#[test]
+fn any_words_are_refused_or_say_what_they_were_read_from() {
+    run_all("words", words::check, 10_000);
 }

@@ -78,7 +78,7 @@ pub enum ScenarioError {
     /// The text is no scenario; says the line and shows it.
     #[error("{}", lines_escaped(&.0.to_string()))]
     Format(#[from] toml::de::Error),
-    /// Values that are legal one by one are too much together.
+    /// A text that cannot be printed, or values that are too much together.
     #[error("{key}: {what}")]
     Limit {
         /// The key, or the keys.
@@ -161,6 +161,13 @@ impl Scenario {
     }
 
     fn check(&self) -> Result<(), ScenarioError> {
+        for (key, text) in [("name", &self.name), ("about", &self.about)] {
+            // Both are printed.
+            if text.chars().any(char::is_control) {
+                let what = "holds a control character".to_owned();
+                return Err(ScenarioError::Limit { key, what });
+            }
+        }
         at_most("box, cylinder", self.shapes.len(), MAX_SHAPES, "shapes")?;
         at_most("drive", self.drive.len(), MAX_LEGS, "legs")?;
         at_most("opening", self.openings.len(), MAX_LEGS, "openings")?;
@@ -471,6 +478,19 @@ mod tests {
             let error = Scenario::parse(text).unwrap_err().to_string();
             let moving = |letter: char| letter.is_control() && letter != '\n';
             assert!(!error.contains(moving), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_would_move_the_cursor_is_refused() {
+        for key in ["name", "about"] {
+            let rest: Vec<_> = SMALL
+                .lines()
+                .filter(|line| !line.starts_with(key))
+                .collect();
+            let text = format!("{key} = \"\\u001b[2J\"\n{}\n", rest.join("\n"));
+            let error = Scenario::parse(&text).unwrap_err().to_string();
+            assert_eq!(error, format!("{key}: holds a control character"));
         }
     }
 

@@ -10,3 +10,4 @@ pub mod seeds;
 pub mod senses;
 pub mod terminal;
 pub mod wire;
+pub mod words;

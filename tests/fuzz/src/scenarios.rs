@@ -21,6 +21,8 @@ pub fn check(bytes: &[u8]) {
             return;
         }
     };
+    assert_is_printable(&scenario.name);
+    assert_is_printable(&scenario.about);
     for profile in [Profile::Paper, Profile::Plus] {
         assert_eq!(scenario.config(profile).validate(), Ok(()));
     }

@@ -11,7 +11,14 @@ use crate::framing::piece_of;
 use crate::{recordings, terminal};
 
 /// The names of the targets.
-pub const TARGETS: [&str; 5] = ["wire", "terminal", "recordings", "scenarios", "senses"];
+pub const TARGETS: [&str; 6] = [
+    "wire",
+    "terminal",
+    "recordings",
+    "scenarios",
+    "senses",
+    "words",
+];
 
 const PROTOCOL: &str = include_str!("../../../docs/protocol.md");
 
@@ -38,6 +45,16 @@ const TEXT: &str = "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\t\
     4\t2\t7\t2184\t2435\t0\t23\t6\t108000\t-907520\t5819904\n\
     6\t0\t2\t-5\t65535\t11\t17\t16\t116000\t-907520\t6282240\n";
 
+/// Words of every kind, and a table of counts.
+const WORDS: [&str; 6] = [
+    "ber:1e-3+drop:1e-4x300@2s..5s+garbage:0.5x9@100B..2000B+cut:0.1",
+    "lose:0.2+twice:1+swap:0.3+delay:2ms+slow:9600+off@1s",
+    "real",
+    "counting",
+    "beta=-16.25 xi=1.0",
+    "range_mm bearing_deg counts\n30 0 900\n60 10 240\n",
+];
+
 /// The seeds of a target; none for a name that is no target's.
 pub fn of(target: &str) -> Vec<Vec<u8>> {
     match target {
@@ -58,6 +75,7 @@ pub fn of(target: &str) -> Vec<Vec<u8>> {
             rounds(&[0x00, 0x09, 0x10, 0x19]),
             frames(),
         ],
+        "words" => WORDS.iter().map(|text| text.as_bytes().to_vec()).collect(),
         _ => Vec::new(),
     }
 }
