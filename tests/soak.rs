@@ -13,6 +13,7 @@ use amiro_ipf::event::{Event, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
+use amiro_ipf::math;
 use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::Sample;
@@ -36,11 +37,8 @@ fn minutes(variable: &str, default: f64) -> f64 {
 fn row(index: u64, generator: &mut Generator) -> [Input; 2] {
     let stamp_us = index * PERIOD_US;
     let heading = (index % READINGS_A_LAP) as f32 * (ADVANCE_M / RADIUS_M);
-    let pose = Pose::new(
-        RADIUS_M * heading.sin(),
-        RADIUS_M * (1.0 - heading.cos()),
-        heading,
-    );
+    let (sine, cosine) = math::sin_cos(heading);
+    let pose = Pose::new(RADIUS_M * sine, RADIUS_M * (1.0 - cosine), heading);
     let samples = core::array::from_fn(|sensor| {
         let noise = uniform_below(generator, 15) as i32 - 7;
         match uniform_below(generator, 1_000) {
