@@ -16,6 +16,7 @@
 
 pub mod bus;
 pub mod calibration;
+mod escape;
 pub mod evaluation;
 pub mod figures;
 pub mod link;

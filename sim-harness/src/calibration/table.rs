@@ -7,6 +7,8 @@
 use std::fs;
 use std::path::Path;
 
+use crate::escape::lines_escaped;
+
 /// Longest file, bytes.
 const MAX_BYTES: u64 = 16 << 20;
 /// Largest range, metres.
@@ -35,7 +37,11 @@ pub struct Table {
 
 /// Why a table was refused, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}{problem}", line.map(|line| format!("line {line}: ")).unwrap_or_default())]
+#[error(
+    "{}{}",
+    line.map(|line| format!("line {line}: ")).unwrap_or_default(),
+    lines_escaped(&problem.to_string())
+)]
 pub struct TableError {
     /// The line, from 1; `None` for the text as a whole.
     pub line: Option<usize>,
@@ -227,6 +233,14 @@ fn unquoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_shown_of_a_bad_header_or_value_moves_no_cursor() {
+        for text in ["range_m\x1b[2J counts\n", "range_m,deg\n\x1b]0;x\x07,0\n"] {
+            let error = Table::parse(text).unwrap_err().to_string();
+            assert!(!error.contains(char::is_control), "{error:?}");
+        }
+    }
 
     #[test]
     fn columns_come_in_any_order_with_units_comments_and_extras() {

@@ -1,7 +1,7 @@
 //! The header of AMiRo's text: what it must name, and what else a file may mean.
 
 use super::Problem;
-use super::escape::escaped;
+use crate::escape::escaped;
 
 /// The columns of a row, as the header names them.
 pub(super) const COLUMNS: [&str; 11] = [

@@ -31,10 +31,10 @@ use amiro_ipf::sensor::{SENSORS, Sample};
 
 use super::amiro_header::{COLUMNS, check, fields};
 use super::draft::{Draft, Sender};
-use super::escape::escaped;
 use super::plausibility::{Claimed, doubt_rows};
 use super::source::{Piece, Source};
 use super::{Format, LogError, Place, Reason, Recording};
+use crate::escape::escaped;
 
 /// Longest line; a longer one is skipped to its end.
 const MOST_LINE: usize = 64 * 1024;

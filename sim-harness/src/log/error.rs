@@ -2,8 +2,8 @@
 
 use std::{fmt, io};
 
-use super::escape::whole_escaped;
 use super::{Place, Refusals};
+use crate::escape::whole_escaped;
 
 /// Why a source could not be used, with its name and, where there is one, the place.
 #[derive(Debug)]

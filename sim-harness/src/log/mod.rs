@@ -14,7 +14,6 @@ mod amiro_header;
 mod amiro_text;
 mod draft;
 mod error;
-mod escape;
 mod plausibility;
 mod reader;
 mod recording;

@@ -13,6 +13,7 @@ use super::opening::{Extent, OpeningTable};
 use super::shape::{BoxTable, CylinderTable};
 use super::vector::{Vector, radians};
 use super::{Leg, Opening, Rectangle, Shape};
+use crate::escape::{lines_escaped, whole_escaped};
 
 /// Longest file, bytes.
 const MAX_BYTES: usize = 4 << 20;
@@ -67,7 +68,7 @@ pub struct Scenario {
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file could not be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", whole_escaped(path.to_string_lossy().chars()))]
     Read {
         /// The file.
         path: PathBuf,
@@ -75,9 +76,9 @@ pub enum ScenarioError {
         source: std::io::Error,
     },
     /// The text is no scenario; says the line and shows it.
-    #[error("{0}")]
+    #[error("{}", lines_escaped(&.0.to_string()))]
     Format(#[from] toml::de::Error),
-    /// Values that are legal one by one are too much together.
+    /// A text that cannot be printed, or values that are too much together.
     #[error("{key}: {what}")]
     Limit {
         /// The key, or the keys.
@@ -160,6 +161,13 @@ impl Scenario {
     }
 
     fn check(&self) -> Result<(), ScenarioError> {
+        for (key, text) in [("name", &self.name), ("about", &self.about)] {
+            // Both are printed.
+            if text.chars().any(char::is_control) {
+                let what = "holds a control character".to_owned();
+                return Err(ScenarioError::Limit { key, what });
+            }
+        }
         at_most("box, cylinder", self.shapes.len(), MAX_SHAPES, "shapes")?;
         at_most("drive", self.drive.len(), MAX_LEGS, "legs")?;
         at_most("opening", self.openings.len(), MAX_LEGS, "openings")?;
@@ -457,6 +465,32 @@ mod tests {
         ] {
             let error = Scenario::parse(&text).unwrap_err().to_string();
             assert!(error.contains(part), "no {part:?} in {error:.300}");
+        }
+    }
+
+    #[test]
+    fn what_is_shown_of_a_bad_line_moves_no_cursor() {
+        for text in [
+            "\x1b[2J",
+            "name = \"\x1b]0;owned\x07\"",
+            "\"\u{9b}2J\u{202e}",
+        ] {
+            let error = Scenario::parse(text).unwrap_err().to_string();
+            let moving = |letter: char| letter.is_control() && letter != '\n';
+            assert!(!error.contains(moving), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_would_move_the_cursor_is_refused() {
+        for key in ["name", "about"] {
+            let rest: Vec<_> = SMALL
+                .lines()
+                .filter(|line| !line.starts_with(key))
+                .collect();
+            let text = format!("{key} = \"\\u001b[2J\"\n{}\n", rest.join("\n"));
+            let error = Scenario::parse(&text).unwrap_err().to_string();
+            assert_eq!(error, format!("{key}: holds a control character"));
         }
     }
 

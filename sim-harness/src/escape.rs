@@ -7,7 +7,7 @@ const MOST_CHARACTERS: usize = 48;
 ///
 /// Quotes stay as they are; a backslash is doubled, so that what is shown is
 /// unambiguous.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut shown = whole_escaped(text.chars().take(MOST_CHARACTERS));
     if text.chars().nth(MOST_CHARACTERS).is_some() {
         shown.push_str("...");
@@ -16,11 +16,23 @@ pub(super) fn escaped(text: &str) -> String {
 }
 
 /// The characters, escaped likewise, to their end: for paths.
-pub(super) fn whole_escaped(characters: impl Iterator<Item = char>) -> String {
+pub(crate) fn whole_escaped(characters: impl Iterator<Item = char>) -> String {
     let mut shown = String::new();
     for character in characters {
         match character {
             '\'' | '"' => shown.push(character),
+            other => shown.extend(other.escape_debug()),
+        }
+    }
+    shown
+}
+
+/// Text of several lines, whose ends and backslashes stay as they are.
+pub(crate) fn lines_escaped(text: &str) -> String {
+    let mut shown = String::new();
+    for character in text.chars() {
+        match character {
+            '\n' | '\\' | '\'' | '"' => shown.push(character),
             other => shown.extend(other.escape_debug()),
         }
     }
@@ -37,6 +49,11 @@ mod tests {
             escaped("\x1b[2Jit's \u{202e}x\t\\"),
             "\\u{1b}[2Jit's \\u{202e}x\\t\\\\"
         );
+    }
+
+    #[test]
+    fn lines_stay_lines() {
+        assert_eq!(lines_escaped("a\\b\n\x1b'c'"), "a\\b\n\\u{1b}'c'");
     }
 
     #[test]

@@ -1,0 +1,3 @@
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| amiro_ipf_fuzz::scenarios::check(bytes));

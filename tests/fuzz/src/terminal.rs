@@ -1,0 +1,143 @@
+//! A stream of frames and bytes into a board's end of a link.
+
+use amiro_ipf::config::Config;
+use amiro_ipf::event::{BATCH, Boot, ClockSource, Event};
+use amiro_ipf::filter::{ParticleSet, Profile};
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
+use amiro_ipf::node::Node;
+use amiro_ipf::sensor::Sample;
+use amiro_ipf::wire::{
+    Encoder, Frame, MAX_FRAME, Message, Outgoing, Terminal, WINDOW, WIRE_VERSION,
+};
+
+use crate::framing::{Script, frame_around};
+
+/// Particles; a fuzzer's step is short.
+const N: usize = 64;
+
+/// Most frames that one byte may bring: a step's begin, particles and end, and the
+/// answer; a greeting's four are fewer.
+const MOST_FRAMES: usize = 3 + N.div_ceil(BATCH);
+
+/// The corner of what a particle's place can say: 512 mm each way.
+const FARTHEST_M: f32 = 0.512 * core::f32::consts::SQRT_2;
+
+/// Half a unit of a particle's place, and as much for rounding.
+const ROUNDING_M: f32 = 2e-5;
+
+/// Bits of an operation's first byte.
+pub const RAW: u8 = 0;
+/// A whole frame around a payload.
+pub const FRAMED: u8 = 1;
+/// What a board says that it read itself.
+pub const OWN: u8 = 2;
+
+/// Runs the operations that the bytes say; afterwards the board still steps.
+pub fn check(bytes: &[u8]) {
+    let mut particles = ParticleSet::<N>::new();
+    let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 1);
+    let mut script = Script(bytes);
+    let mut sequence = 0_u16;
+    while !script.is_over() {
+        let operation = script.byte();
+        let piece = script.piece();
+        match operation & 3 {
+            RAW => receive(&mut terminal, piece),
+            OWN => inject(&mut terminal, piece),
+            _ => {
+                receive(&mut terminal, &frame_around(0xa5, sequence, piece));
+                // Now and then numbers that are out of order.
+                sequence = sequence.wrapping_add(u16::from(operation >> 2) + 1);
+            }
+        }
+        assert_particles_are_near(&terminal);
+    }
+    assert_still_steps(&mut terminal);
+}
+
+const BOOT: Boot = Boot {
+    wire_version: WIRE_VERSION,
+    build_id: 0,
+    capacity: N as u32,
+    window: WINDOW,
+    baud: 0,
+    clock: ClockSource::Host,
+    core_hz: 0,
+};
+
+fn receive(terminal: &mut Terminal<'_, N>, bytes: &[u8]) {
+    for byte in bytes {
+        let mut frames = 0;
+        terminal.receive(*byte, &mut |frame, _| {
+            frames += 1;
+            assert_is_sent_whole(frame);
+        });
+        assert!(frames <= MOST_FRAMES, "{frames} frames for one");
+    }
+}
+
+fn inject(terminal: &mut Terminal<'_, N>, payload: &[u8]) {
+    let Ok(Message::Input(input)) = postcard::from_bytes(payload) else {
+        return;
+    };
+    let mut frames = 0;
+    terminal.inject(&input, &mut |frame, _| {
+        frames += 1;
+        assert_is_sent_whole(frame);
+    });
+    assert!(frames <= MOST_FRAMES, "{frames} frames for one");
+}
+
+fn assert_is_sent_whole(frame: &[u8]) {
+    assert!((9..=MAX_FRAME).contains(&frame.len()), "{frame:02x?}");
+    assert_eq!(
+        frame.iter().position(|byte| *byte == 0),
+        Some(frame.len() - 1)
+    );
+}
+
+fn assert_particles_are_near(terminal: &Terminal<'_, N>) {
+    let node = terminal.node();
+    let radius_m = node.config().parameters.local_radius_m;
+    for (place, steps) in node.filter().live() {
+        // A particle may be drawn farther off, and departs in the next step.
+        let most_m = if steps == 0 { FARTHEST_M } else { radius_m };
+        assert!(
+            place.norm() <= most_m + ROUNDING_M,
+            "{place:?} is beyond {most_m} m after {steps} steps"
+        );
+    }
+    assert_eq!(node.config().validate(), Ok(()));
+    assert!(node.config().particles() <= N);
+}
+
+/// A new session after anything: two steps, nothing refused.
+fn assert_still_steps(terminal: &mut Terminal<'_, N>) {
+    receive(terminal, &[0]);
+    let config = Config {
+        particles_per_sensor: 4,
+        ..Config::amiro(Profile::Plus)
+    };
+    let mut encoder = Encoder::new(0xa5);
+    let mut inputs = vec![Input::Hello, Input::Configure(config)];
+    for (stamp_us, x) in [(0, 0.0), (1_000_000, 0.05)] {
+        let pose = Pose::new(x, 0.0, 0.0);
+        let samples = [Sample::Counts(100); 8];
+        inputs.push(Input::Odometry { stamp_us, pose });
+        inputs.push(Input::Proximity { stamp_us, samples });
+    }
+    let refused = terminal.node().status().refused;
+    let mut steps = 0;
+    for input in inputs {
+        for byte in encoder.encode(Outgoing::Input(&input)).to_vec() {
+            terminal.receive(byte, &mut |frame, _| {
+                let mut inside = frame[..frame.len() - 1].to_vec();
+                let said = Frame::decode(&mut inside).unwrap();
+                let done = matches!(said.message, Message::Event(Event::StepDone(_)));
+                steps += u32::from(done);
+            });
+        }
+    }
+    assert_eq!((steps, terminal.node().status().refused), (2, refused));
+}
