@@ -718,6 +718,31 @@ fn texts_of_faults_without_end_are_not_read() {
     assert_eq!(recording.inputs.len(), 1);
 }
 
+#[test]
+fn the_page_s_table_has_every_word_of_every_part_and_no_other() {
+    const PAGE: &str = include_str!("../docs/faults.md");
+    let (_, section) = PAGE.split_once("## Provoke one").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    let mut told: [Vec<String>; 4] = Default::default();
+    for row in rows {
+        let cells: Vec<&str> = row.split(" | ").collect();
+        let word = cells[0].trim_start_matches("| ").trim_matches('`');
+        let name = word.split(':').next().unwrap().to_owned();
+        for (words, cell) in told.iter_mut().zip(&cells[1..]) {
+            if cell.trim_end_matches(" |") != "-" {
+                words.push(name.clone());
+            }
+        }
+    }
+    for (part, told) in ["s0", "bus1", "mux1", "can"].into_iter().zip(told) {
+        let component = faults(&format!("{part}=ok")).parts()[0].component;
+        let words = component.words().iter();
+        let names: Vec<&str> = words.map(|word| word.split(':').next().unwrap()).collect();
+        assert_eq!(told, names, "{part}");
+    }
+}
+
 /// What a node is told of the simulated drive with faults on its inputs.
 fn disturbed(inputs: &[Input], text: &str) -> Vec<Input> {
     faults(text).on_inputs(3, inputs).unwrap()

@@ -11,7 +11,8 @@
 //! left out. Faults of one part add up, in the order in which they are named; `ok` ends for
 //! its window what was named before it, so that `ring=off, s3=ok` leaves one sensor.
 //!
-//! Docs of faults on the robot itself, and what it says then: `docs/faults.md`.
+//! What each word does to each part, and what the robot says then, is in a table of
+//! `docs/faults.md`.
 
 mod component;
 mod during;
