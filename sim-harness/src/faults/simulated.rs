@@ -95,9 +95,8 @@ impl SimulatedDrive<'_> {
             }
             line.send(writer.frame_of(input)?, now);
             writer.write_frames(&line.receive(now))?;
-            if matches!(input, Input::Proximity { .. })
-                && let Some(&(stamp_us, pose)) = poses.next()
-            {
+            // Every input takes a pose along: files stay what they have been.
+            if let (Input::Proximity { .. }, Some(&(stamp_us, pose))) = (input, poses.next()) {
                 writer.write_truth(&Truth::Pose { stamp_us, pose })?;
             }
         }
