@@ -32,8 +32,8 @@ use amiro_ipf::supervision::{
     Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
 };
 use amiro_ipf::wire::{
-    Decoder, Encoder, Frame, FrameError, MAX_FRAME, Message, Outgoing, Received, SCENARIO_CHUNK,
-    Truth, WINDOW, WIRE_VERSION,
+    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Outgoing, Received,
+    SCENARIO_CHUNK, Truth, WINDOW, WIRE_VERSION,
 };
 use proptest::prelude::*;
 
@@ -81,6 +81,7 @@ fn kind(message: &Message) -> &'static str {
         Message::Truth(Truth::Pose { .. }) => "Truth pose",
         Message::Truth(Truth::Scenario(_)) => "Truth scenario",
         Message::Truth(Truth::Seed(_)) => "Truth seed",
+        Message::Truth(Truth::Faults { .. }) => "Truth faults",
     }
 }
 
@@ -332,6 +333,11 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     };
     let host_since_2 = [("calibrate", Input::Calibrate), ("limit", limit)]
         .map(|(name, input)| (name, Message::Input(input)));
+    let truth_since_2 = Truth::Faults {
+        seed: 7,
+        text: b"s3=off@5s".iter().copied().collect(),
+    };
+    let truth_since_2 = [("truth-faults", Message::Truth(truth_since_2))];
     let board = [
         (
             "boot",
@@ -437,6 +443,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         move |(place, (name, message))| (name, boot_id, first + place as u16, message)
     };
     let from_host = host.into_iter().chain(truth).chain(host_since_2);
+    let from_host = from_host.chain(truth_since_2);
     let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
     from_host.chain(from_board).collect()
@@ -553,6 +560,7 @@ fn every_constant_of_the_document_is_the_code_s() {
         format!("| Window: inputs ahead of their answers | {WINDOW} |"),
         format!("| Outcomes in one particle message | at most {BATCH} |"),
         format!("| Bytes of a scenario in one truth message | at most {SCENARIO_CHUNK} |"),
+        format!("| Bytes of the faults' text in one truth message | at most {FAULTS_CHUNK} |"),
         format!("| Frame of {BATCH} outcomes | {particles} bytes |"),
         format!("| Frames of a step of 8000 outcomes | {batches} |"),
         "0xcbf43926".to_owned(),
@@ -1020,6 +1028,10 @@ fn longest_messages() -> Vec<Message> {
         Truth::Pose { stamp_us, pose },
         Truth::Scenario([0xff; SCENARIO_CHUNK].into_iter().collect()),
         Truth::Seed(u64::MAX),
+        Truth::Faults {
+            seed: u64::MAX,
+            text: [0xff; FAULTS_CHUNK].into_iter().collect(),
+        },
     ];
     inputs
         .map(Message::Input)
@@ -1393,11 +1405,19 @@ fn any_message() -> impl Strategy<Value = Message> {
         prop::collection::vec(any::<u8>(), 0..=SCENARIO_CHUNK)
             .prop_map(|bytes| Truth::Scenario(bytes.into_iter().collect())),
         any::<u64>().prop_map(Truth::Seed),
+        (
+            any::<u64>(),
+            prop::collection::vec(any::<u8>(), 0..=FAULTS_CHUNK)
+        )
+            .prop_map(|(seed, bytes)| Truth::Faults {
+                seed,
+                text: bytes.into_iter().collect(),
+            }),
     ];
     prop_oneof![
         7 => any_input().prop_map(Message::Input),
         10 => any_event().prop_map(Message::Event),
-        3 => truth.prop_map(Message::Truth),
+        4 => truth.prop_map(Message::Truth),
     ]
 }
 
@@ -1450,7 +1470,7 @@ fn what_is_no_message_of_this_version_is_refused() {
         ("unknown kind", &[3, 0]),
         ("unknown input", &[0, 8]),
         ("unknown event", &[1, 12]),
-        ("unknown truth", &[2, 3]),
+        ("unknown truth", &[2, 4]),
         ("unknown fault", &[1, 5, 0, 1, 12]),
         ("a Calibrate with a field", &[0, 6, 0]),
         ("unknown sensor state", &[&[1, 8, 7][..], &[0; 60]].concat()),

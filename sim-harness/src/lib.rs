@@ -12,17 +12,20 @@
 //! Below the readings lies the robot's wiring: [`bus`] has the parts of its two I2C
 //! buses as they behave on the wire, faults included, for the drivers to run against.
 //! A whole simulated robot ([`robot`]) drives through a world with them: its own senses
-//! give the inputs.
+//! give the inputs. What breaks in it, on the line or in a recording is said in the words
+//! of [`faults`].
 
 pub mod bus;
 pub mod calibration;
 mod escape;
 pub mod evaluation;
+pub mod faults;
 pub mod figures;
 pub mod link;
 pub mod log;
 pub mod mapping;
 pub mod output;
+mod quantity;
 pub mod robot;
 mod run;
 mod survey;

@@ -218,6 +218,9 @@ impl Senses {
 
     /// The frame to send now on the robot's bus: the ring's, as AMiRo-OS sends them.
     pub fn frame_due(&mut self, now_us: u64) -> Option<Frame> {
+        if !self.schedule.may_be_due(now_us) {
+            return None;
+        }
         let trusted = (0..SENSORS)
             .zip(self.ring.states(now_us))
             .filter(|(_, state)| state.is_trusted())

@@ -10,6 +10,9 @@ use crate::input::Input;
 /// Bytes of a scenario in one truth message.
 pub const SCENARIO_CHUNK: usize = 96;
 
+/// Bytes of the faults' text in one truth message.
+pub const FAULTS_CHUNK: usize = 96;
+
 /// One message. Variants are appended, never reordered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -58,4 +61,11 @@ pub enum Truth {
     Scenario(Vec<u8, SCENARIO_CHUNK, u8>),
     /// The seed of the simulation.
     Seed(u64),
+    /// A piece of the text of what was broken on purpose, in order.
+    Faults {
+        /// The seed of what was random about that; another seed begins another text.
+        seed: u64,
+        /// The piece.
+        text: Vec<u8, FAULTS_CHUNK, u8>,
+    },
 }

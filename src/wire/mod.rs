@@ -13,7 +13,7 @@ mod terminal;
 pub use decoder::{Decoder, Received};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
 pub use losses::Losses;
-pub use message::{Message, Outgoing, SCENARIO_CHUNK, Truth};
+pub use message::{FAULTS_CHUNK, Message, Outgoing, SCENARIO_CHUNK, Truth};
 pub use terminal::{Importance, Terminal};
 
 /// Version of the messages; said in every boot event.

@@ -39,17 +39,25 @@ pub(crate) fn recordings() -> Option<PathBuf> {
     folder.join("amiro").is_dir().then_some(folder)
 }
 
+/// Whether images can be built and run here; says in one line why not.
+pub(crate) fn can_emulate() -> bool {
+    if !Board::is_qemu_installed() {
+        skip("no QEMU (qemu-system-arm)");
+        return false;
+    }
+    if !is_target_installed() {
+        skip("no standard library for thumbv7em-none-eabihf");
+        return false;
+    }
+    true
+}
+
 /// The image, built once; `None`, said in one line, where it cannot be built or run.
 pub(crate) fn image() -> Option<&'static Image> {
     static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
     IMAGE
         .get_or_init(|| {
-            if !Board::is_qemu_installed() {
-                skip("no QEMU (qemu-system-arm)");
-                return None;
-            }
-            if !is_target_installed() {
-                skip("no standard library for thumbv7em-none-eabihf");
+            if !can_emulate() {
                 return None;
             }
             let path = build_image(Layout::Bare).unwrap();

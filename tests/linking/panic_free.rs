@@ -9,7 +9,8 @@
 //! What is linked: a node's `handle` for every kind of input, steps of both survival
 //! rules included, a terminal's `receive`, which decodes and encodes frames, and the
 //! ring of sensors: rounds on both buses, states and values, the measurement of the
-//! offsets and their way to the memory and back.
+//! offsets and their way to the memory and back; the senses as a whole with the frames of
+//! the robot's bus; what is kept of a life that ended.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -21,10 +22,14 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
+    use amiro_ipf::can::{Frame, Identifier};
     use amiro_ipf::driver::{Bus, OffsetMeasurement, Offsets, ProximityRing, STORE_BYTES, at24c01};
     use amiro_ipf::event::{Boot, ClockSource};
     use amiro_ipf::filter::ParticleSet;
     use amiro_ipf::node::Node;
+    use amiro_ipf::seed::{self, from_words};
+    use amiro_ipf::senses::Senses;
+    use amiro_ipf::supervision::{LIVES, Lives, LoadGuard, PostMortem, WORDS};
     use amiro_ipf::wire::Terminal;
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
@@ -45,8 +50,11 @@ mod alone {
         };
         let mut terminal = Terminal::new(Node::new(SET), boot, 0);
         let mut ring = ProximityRing::new();
+        let mut senses = Senses::new();
         loop {
             sense(&mut ring);
+            sense_whole(&mut senses);
+            supervise();
             // Any byte may come: the compiler can assume nothing about the inputs.
             let byte = black_box(0);
             terminal.receive(byte, &mut |frame, importance| {
@@ -90,6 +98,45 @@ mod alone {
         for part in at24c01::reads(at24c01::ADDRESS_AMIRO, black_box(0), black_box(36)) {
             black_box(part);
         }
+    }
+
+    /// Whatever comes over the robot's bus, at any time.
+    fn sense_whole(senses: &mut Senses) {
+        let now_us = black_box(0);
+        for bus in [Bus::I2c1, Bus::I2c2] {
+            black_box(senses.next(bus, now_us));
+            senses.answer(bus, now_us, black_box(Ok(&[0; 16][..])));
+        }
+        black_box(senses.poll(now_us));
+        let identifier = black_box(Identifier::Extended(0));
+        let frame = Frame::received(
+            identifier,
+            black_box(false),
+            black_box(8),
+            black_box([0; 8]),
+        );
+        black_box(senses.take_frame(now_us, &frame));
+        black_box(senses.frame_due(now_us));
+        if black_box(true) {
+            senses.calibrate();
+        }
+        black_box((
+            senses.take_offsets(),
+            senses.sensors(now_us),
+            senses.buses(),
+        ));
+    }
+
+    /// Whatever the last life left behind.
+    fn supervise() {
+        let record = PostMortem::from_words(&black_box([0; WORDS]));
+        black_box(record.map(|record| record.at(black_box(""), 0).to_words()));
+        let mut lives = Lives::begin(black_box([0; LIVES + 3]), black_box(true));
+        lives.live_on(black_box(0));
+        black_box((lives.is_loop(), lives.to_words()));
+        let mut load = LoadGuard::new(black_box(0));
+        black_box(load.took(black_box(0), black_box(0)));
+        black_box(from_words(&black_box([0; seed::WORDS])));
     }
 
     #[expect(unsafe_code, reason = "the function is declared so that it is missing")]

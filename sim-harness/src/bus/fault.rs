@@ -40,6 +40,8 @@ pub enum MuxFault {
     Reset,
     /// It connects another channel than was asked for, at once.
     Jump(u8),
+    /// It hears nothing of the start that comes at this very moment.
+    Deaf,
 }
 
 /// What can happen to a sensor.
@@ -53,4 +55,6 @@ pub enum SensorFault {
     PluggedIn,
     /// A proximity measurement ends at this very moment, if it measures periodically.
     Measures,
+    /// It hears nothing of the start that comes at this very moment, and measures on.
+    Deaf,
 }

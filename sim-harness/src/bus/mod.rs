@@ -26,6 +26,6 @@ pub use fault::{Fault, MuxFault, SensorFault};
 pub use master::FakeBusError;
 pub use pca9544a::Pca9544a;
 pub use robot::{Place, RobotBuses, RobotParts, place_of};
-pub use script::{Random, Script};
+pub use script::{Outages, Random, Script};
 pub use transcript::{Transcript, Word};
 pub use vcnl4020::Vcnl4020;

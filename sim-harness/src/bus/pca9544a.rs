@@ -22,6 +22,8 @@ pub struct Pca9544a<D> {
     addressed: Option<bool>,
     /// The next control byte is lost.
     deaf: bool,
+    /// It hears no start at this time.
+    deaf_at_ns: Option<u64>,
 }
 
 impl<D: Device> Pca9544a<D> {
@@ -35,6 +37,7 @@ impl<D: Device> Pca9544a<D> {
             connected: None,
             addressed: None,
             deaf: false,
+            deaf_at_ns: None,
         }
     }
 
@@ -81,7 +84,8 @@ fn channel_of(control: u8) -> Option<usize> {
 impl<D: Device> Device for Pca9544a<D> {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.deaf = false;
-        self.addressed = (address == self.address).then_some(read);
+        let hears = self.deaf_at_ns != Some(now_ns);
+        self.addressed = (hears && address == self.address).then_some(read);
         let behind = self
             .partner()
             .is_some_and(|part| part.start(address, read, now_ns));
@@ -132,6 +136,10 @@ impl<D: Device> Device for Pca9544a<D> {
             Fault::Mux(MuxFault::WriteLost) => {
                 self.deaf = self.addressed == Some(false);
                 self.deaf
+            }
+            Fault::Mux(MuxFault::Deaf) => {
+                self.deaf_at_ns = Some(now_ns);
+                true
             }
             Fault::Mux(MuxFault::Reset) => {
                 self.addressed = None;

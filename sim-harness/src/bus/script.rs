@@ -1,13 +1,13 @@
 //! When which fault strikes.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
-use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::random::{Generator, uniform, uniform_below};
 
 use super::Fault;
 
 /// When a fault strikes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum When {
     /// Before the byte with this number.
     Byte(u64),
@@ -15,6 +15,42 @@ enum When {
     From(u64),
     /// Before every byte from the first time on and before the second.
     Between(u64, u64),
+    /// The same, but only in the slots that are drawn.
+    Now(u64, u64, Outages),
+}
+
+/// Times in which something fails and times in which it does not: a loose contact.
+///
+/// Time is cut into slots of equal length, and each is drawn by itself: whether one is
+/// failing depends on the seed and its number alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outages {
+    slot_ns: u64,
+    share: f64,
+    seed: u64,
+}
+
+/// Keeps the draws of slots apart from other noise: "loose".
+const OUTAGE_STREAM: u64 = 0x6c_6f6f_7365;
+
+impl Outages {
+    /// The given share of all slots fails, to 2^-24; a length of 0 is taken for 1.
+    #[must_use]
+    pub fn new(slot_ns: u64, share: f64, seed: u64) -> Self {
+        Self {
+            slot_ns: slot_ns.max(1),
+            share,
+            seed,
+        }
+    }
+
+    /// Whether it fails at a time.
+    #[must_use]
+    pub fn fails_at(&self, now_ns: u64) -> bool {
+        let slot = (now_ns / self.slot_ns).rotate_left(20);
+        let mut chance = Generator::seeded(self.seed ^ OUTAGE_STREAM ^ slot);
+        f64::from(uniform(&mut chance)) < self.share
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +111,8 @@ impl Random {
 pub struct Script {
     entries: Vec<Entry>,
     random: Option<Random>,
+    /// Random faults that come only between two times.
+    storms: Vec<(Range<u64>, Random)>,
     hits: u64,
 }
 
@@ -94,6 +132,16 @@ impl Script {
         self.add(When::Between(from_ns, to_ns), fault);
     }
 
+    /// A fault before every byte of such a time that begins in a slot that fails.
+    pub fn now_and_then(&mut self, from_ns: u64, to_ns: u64, outages: Outages, fault: Fault) {
+        self.add(When::Now(from_ns, to_ns, outages), fault);
+    }
+
+    /// Faults at random between two times, beside all others.
+    pub fn at_random_between(&mut self, from_ns: u64, to_ns: u64, random: Random) {
+        self.storms.push((from_ns..to_ns, random));
+    }
+
     /// Faults at random from now on, instead of others of this kind; `None` for no more.
     pub fn at_random(&mut self, random: Option<Random>) {
         self.random = random;
@@ -103,6 +151,7 @@ impl Script {
     pub fn clear(&mut self) {
         self.entries.clear();
         self.random = None;
+        self.storms.clear();
     }
 
     /// How many faults have struck where they made a difference.
@@ -129,6 +178,10 @@ impl Script {
                 When::Between(from_ns, to_ns) => {
                     ((from_ns..to_ns).contains(&now_ns), now_ns < to_ns)
                 }
+                When::Now(from_ns, to_ns, outages) => {
+                    let is_inside = (from_ns..to_ns).contains(&now_ns);
+                    (is_inside && outages.fails_at(now_ns), now_ns < to_ns)
+                }
             };
             if strikes {
                 faults.push(entry.fault);
@@ -137,6 +190,11 @@ impl Script {
         });
         if let Some(random) = &mut self.random {
             faults.extend(random.strikes(byte));
+        }
+        for (when_ns, random) in &mut self.storms {
+            if when_ns.contains(&now_ns) {
+                faults.extend(random.strikes(byte));
+            }
         }
         faults
     }
@@ -197,6 +255,34 @@ mod tests {
             let lost = struck.iter().filter(|(_, fault)| *fault == LOST).count() as f64;
             assert!((lost - 0.5 * number).abs() < 200.0, "seed {seed}: {lost}");
         }
+    }
+
+    #[test]
+    fn a_loose_contact_fails_for_whole_slots_and_for_its_share_of_them() {
+        for seed in 1..=3 {
+            let mut script = Script::default();
+            let outages = Outages::new(1_000, 0.3, seed);
+            script.now_and_then(1_000_000, 11_000_000, outages, LOST);
+            let struck = |script: &mut Script, now_ns| !script.strikes(0, now_ns).is_empty();
+            assert!(!(0..1_000).any(|slot| struck(&mut script, slot * 1_000)));
+            let slots = (1_000..11_000).map(|slot| {
+                let [first, last] = [0, 999].map(|ns| struck(&mut script, slot * 1_000 + ns));
+                assert_eq!(first, last);
+                first
+            });
+            let failing = slots.filter(|failing| *failing).count();
+            // 10 000 slots with p = 0.3: 4 sigma are 183.
+            assert!(failing.abs_diff(3_000) < 183, "seed {seed}: {failing}");
+            assert!(!struck(&mut script, 11_000_000));
+        }
+    }
+
+    #[test]
+    fn a_storm_ends_with_its_time() {
+        let mut script = Script::default();
+        script.at_random_between(10, 20, Random::new(vec![LOST], 1..=1, 1));
+        let struck = (0..30).filter(|byte| !script.strikes(*byte, *byte).is_empty());
+        assert_eq!(struck.collect::<Vec<_>>(), (10..20).collect::<Vec<_>>());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The commands of the program, one a file.
 
+mod ailments;
 mod calibrate;
 mod demo;
 mod evaluate;

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::event::{Event, Status};
+use amiro_ipf::supervision::PostMortem;
 use clap::Args;
 use sim_harness::link::{LinkError, News, QemuOptions, record};
 
+use super::ailments::ailments;
 use super::settings::Settings;
 use super::{Ending, Outcome, target};
 
@@ -41,6 +43,7 @@ impl Record {
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
         let mut steps = 0;
+        let mut known = String::new();
         let open = |part| {
             let path = self.part(part);
             let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
@@ -50,6 +53,19 @@ impl Record {
             match news {
                 News::Event(Event::StepDone(_)) => steps += 1,
                 News::Event(Event::Status(status)) => say(status),
+                News::Event(Event::Health(health)) => {
+                    let ailments = ailments(health);
+                    if ailments != known {
+                        let said = if ailments.is_empty() {
+                            "all is well"
+                        } else {
+                            &ailments
+                        };
+                        eprintln!("\n{said}");
+                        known = ailments;
+                    }
+                }
+                News::Event(Event::PostMortem(record)) => eprintln!("\n{}", ended(record)),
                 News::Event(_) | News::Away => {}
                 News::Vanished(error) => eprintln!("\n{error}; trying again"),
                 News::Back => eprintln!("the link is back"),
@@ -86,6 +102,20 @@ impl Record {
             format!("{part}.{extension}")
         })
     }
+}
+
+/// How a life ended, in a line.
+fn ended(record: &PostMortem) -> String {
+    let age_s = f64::from(record.uptime_ms) * 1e-3;
+    let place = if record.place.is_empty() {
+        format!("at {:#010x}", record.registers.pc)
+    } else {
+        format!("at {}:{}", record.place, record.line)
+    };
+    format!(
+        "the board had ended by itself after {age_s:.1} s: {:?} {place}, step {}",
+        record.cause, record.step
+    )
 }
 
 /// One line that overwrites itself.

@@ -11,9 +11,8 @@ use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
-use sim_harness::link::{
-    Comparison, LineFaultError, LineFaults, LineRun, LossyLine, QemuOptions, Verdict, drive,
-};
+use sim_harness::faults::Faults;
+use sim_harness::link::{Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive};
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::CountingMapper;
 use sim_harness::output;
@@ -43,11 +42,17 @@ pub(super) struct Replay {
     /// Speed of the serial port, bits a second.
     #[arg(long, default_value_t = 2_000_000, value_name = "N")]
     baud: u32,
-    /// What is wrong with the line from the filter to the mapper, as in `link=ber:1e-3`
-    /// or `link=drop:1e-4x300+off@2s..5s`; times are those of the recording.
-    #[arg(long, value_name = "FAULT", value_parser = link_faults)]
-    fault: Option<LineFaults>,
-    /// Seed of the faults.
+    /// What is wrong, in the words of `simulate`: with the line from the filter to the
+    /// mapper, as in `link=drop:1e-4x300+off@2s..5s`; with the recorded inputs, as in
+    /// `s3=stuck@5s..8s, can=off@10s`. Times count from the recording's first input.
+    #[arg(
+        long,
+        default_value_t,
+        hide_default_value = true,
+        value_name = "FAULTS"
+    )]
+    fault: Faults,
+    /// Seed of what is random about the faults.
     #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
     seed_of_faults: u64,
     /// Where map, summary and event stream go.
@@ -87,13 +92,23 @@ impl Replay {
         let config = as_replayed(self.settings.apply(recording.config)?);
         let scenario = scenario_of(&recording)?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
+        let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
+        for (text, seed) in told_faults {
+            println!("recorded with faults: {text}, seed {seed}");
+        }
+        let inputs = self
+            .fault
+            .on_inputs(self.seed_of_faults, &recording.inputs)?;
         let inputs = if self.settings.fixed() {
-            with_ticks(&recording.inputs, TICK_PERIOD_US)
+            with_ticks(&inputs, TICK_PERIOD_US)
         } else {
-            recording.inputs.clone()
+            inputs
         };
-        if self.fault.is_some() && self.on != "host" {
-            return Err("--fault disturbs a run on the host, not on a board".into());
+        if self.has_line_faults() && self.on != "host" {
+            return Err("--fault link=... disturbs a run on the host, not on a board".into());
+        }
+        if !self.fault.are_none() {
+            println!("with faults: {}, seed {}", self.fault, self.seed_of_faults);
         }
         let run = match self.on.as_str() {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
@@ -110,6 +125,10 @@ impl Replay {
         })
     }
 
+    fn has_line_faults(&self) -> bool {
+        self.fault.line().iter().next().is_some()
+    }
+
     /// On the host's node; recorded events of the same configuration must be met.
     fn on_host(
         &self,
@@ -120,8 +139,7 @@ impl Replay {
     ) -> Result<Run, Box<dyn Error>> {
         let mut survey = Survey::new(cell_m);
         let mut events = Vec::new();
-        let faults = self.fault.clone().unwrap_or_default();
-        let mut line = LineRun::new(LossyLine::new(&faults, self.seed_of_faults));
+        let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
         let bar = progress("steps", None);
         let mut arrive = |event: &Event| {
@@ -135,14 +153,14 @@ impl Replay {
         })?;
         let lines = line.finish(&mut arrive);
         bar.finish_and_clear();
-        if self.fault.is_some() {
-            println!("line with {faults}, seed {}", self.seed_of_faults);
+        if self.has_line_faults() {
             println!("{}; {} damaged", lines.frames, lines.line.damaged);
         }
         lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
         let is_recorded = recording.config.is_some()
             && self.settings.are_default()
+            && self.fault.parts().is_empty()
             && recording
                 .events
                 .iter()
@@ -286,6 +304,23 @@ impl Replay {
         .save(&self.out)
     }
 
+    /// What was broken when it was recorded, and what is broken now.
+    fn faults_of_all(&self, recording: &Recording) -> Vec<(String, u64)> {
+        let truth = recording.truth.as_ref();
+        let mut all = truth.map_or_else(Vec::new, |truth| truth.faults.clone());
+        if self.fault.are_none() {
+            return all;
+        }
+        match all.last_mut() {
+            // Texts of one seed are one text.
+            Some((text, seed)) if *seed == self.seed_of_faults => {
+                text.push_str(&format!(", {}", self.fault));
+            }
+            _ => all.push((self.fault.to_string(), self.seed_of_faults)),
+        }
+        all
+    }
+
     /// The bytes of the link: a recording that replays itself.
     fn save_stream(
         &self,
@@ -303,6 +338,11 @@ impl Replay {
                 if let Some(text) = &truth.scenario {
                     writer.write_scenario(text)?;
                 }
+            }
+            for (text, seed) in self.faults_of_all(recording) {
+                writer.write_faults(&text, seed)?;
+            }
+            if let Some(truth) = &recording.truth {
                 for &(stamp_us, pose) in &truth.poses {
                     writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
                 }
@@ -317,16 +357,6 @@ impl Replay {
         })?;
         Ok(())
     }
-}
-
-/// What stands behind `link=`.
-fn link_faults(text: &str) -> Result<LineFaults, String> {
-    let words = text
-        .strip_prefix("link=")
-        .ok_or_else(|| format!("\"{text}\" names no part that can fail: link=..."))?;
-    words
-        .parse()
-        .map_err(|error: LineFaultError| error.to_string())
 }
 
 /// The world that a simulated recording carries.

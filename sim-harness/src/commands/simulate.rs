@@ -3,15 +3,12 @@
 use std::fs;
 use std::path::PathBuf;
 
-use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Truth;
+use amiro_ipf::health::Health;
+use amiro_ipf::sensor::SENSORS;
 use clap::Args;
-use sim_harness::log::RecordingWriter;
+use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::output;
-use sim_harness::world::{
-    Drift, Odometry, Options, OptionsError, Physics, Scenario, simulate_with,
-};
+use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
 
 use super::{Ending, Outcome};
 
@@ -27,6 +24,24 @@ pub(super) struct Simulate {
     /// Where the recording goes.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// What breaks when: PART=WORD with @FROM, @FROM..TO, @..TO or nothing behind it, and
+    /// commas between.
+    ///
+    /// Parts are s0 to s7, ring (all of these), bus1, bus2, mux1, mux2, can (the odometry)
+    /// and link. Words are ok, off, stuck, garbage, wrong:+200 (counts; of can wrong:+500mm),
+    /// slow:20Hz, delayed:50ms, intermittent:0.3 and saturated; the link has its own, such
+    /// as link=ber:1e-3+off@2s..5s. Times are those of the drive. With a part other than
+    /// the link, if only ring=ok, a whole robot is simulated, with its buses and senses.
+    #[arg(
+        long,
+        default_value_t,
+        hide_default_value = true,
+        value_name = "FAULTS"
+    )]
+    fault: Faults,
+    /// Seed of what is random about the faults.
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
+    seed_of_faults: u64,
     #[command(flatten)]
     differences: Differences,
 }
@@ -85,22 +100,17 @@ impl Simulate {
         let scenario = Scenario::load(&self.scenario)?;
         let text = fs::read_to_string(&self.scenario)?;
         let options = self.differences.options()?;
-        let simulation = simulate_with(&scenario, self.seed, &options);
-        let mut config = scenario.config(Profile::Paper);
-        config.seed = self.seed;
+        let drive = SimulatedDrive {
+            scenario: &scenario,
+            text: &text,
+            seed: self.seed,
+            options,
+            faults: &self.fault,
+            seed_of_faults: self.seed_of_faults,
+        };
+        let (simulation, healths) = drive.simulate()?;
         output::write_with(&self.out, |file| {
-            let mut writer = RecordingWriter::new(file)?;
-            writer.write_truth(&Truth::Seed(self.seed))?;
-            writer.write_scenario(&options.in_front_of(&text))?;
-            writer.write_input(&Input::Configure(config))?;
-            let mut poses = simulation.poses.iter();
-            for input in &simulation.inputs {
-                writer.write_input(input)?;
-                if let (Input::Proximity { .. }, Some(&(stamp_us, pose))) = (input, poses.next()) {
-                    writer.write_truth(&Truth::Pose { stamp_us, pose })?;
-                }
-            }
-            writer.finish()?;
+            drive.write(&simulation, file)?;
             Ok(())
         })?;
         println!(
@@ -113,6 +123,25 @@ impl Simulate {
         if options != Options::default() {
             println!("simulated with: {options}");
         }
+        if !self.fault.are_none() {
+            println!("faults: {}, seed {}", self.fault, self.seed_of_faults);
+        }
+        print_untrusted(&healths);
         Ok(Ending::Good)
+    }
+}
+
+/// Says how the senses saw sensors that they did not trust, and when that began and ended.
+fn print_untrusted(healths: &[(u64, Health)]) {
+    let mut known = [None; SENSORS];
+    for (at_us, health) in healths {
+        for (sensor, (known, now)) in known.iter_mut().zip(&health.sensors).enumerate() {
+            let is_news = *known != Some(now.state)
+                && (known.is_some_and(|before| !before.is_trusted()) || !now.state.is_trusted());
+            if is_news {
+                println!("{:6.2} s: s{sensor} {:?}", *at_us as f64 * 1e-6, now.state);
+            }
+            *known = Some(now.state);
+        }
     }
 }

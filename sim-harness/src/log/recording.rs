@@ -70,6 +70,8 @@ pub struct GroundTruth {
     pub seed: Option<u64>,
     /// The scenario file, as its text.
     pub scenario: Option<String>,
+    /// What was broken on purpose, each text with the seed of what was random about it.
+    pub faults: Vec<(String, u64)>,
     /// Where the robot really was: stamps in microseconds, never decreasing.
     pub poses: Vec<(u64, Pose)>,
 }

@@ -64,6 +64,8 @@ pub enum Reason {
     SecondRun,
     /// A scenario that is too long or not UTF-8.
     BadScenario,
+    /// The texts of faults are too long together, or one is not text.
+    BadFaults,
     /// Everything beyond what a recording may hold.
     Full,
 }
@@ -89,6 +91,7 @@ impl fmt::Display for Reason {
             Self::Forgotten => "before the configuration",
             Self::SecondRun => "second run",
             Self::BadScenario => "bad scenario",
+            Self::BadFaults => "bad text of faults",
             Self::Full => "too much",
         })
     }

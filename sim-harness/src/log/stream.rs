@@ -22,12 +22,31 @@ const BEYOND_BOARDS: u8 = 0xA0;
 /// Most bytes of a scenario.
 const MOST_SCENARIO: usize = 64 * 1024;
 
+/// Most bytes of the faults' texts together.
+const MOST_FAULTS: usize = 4 * 1024;
+
 /// The pieces of the scenario so far and where it began.
 #[derive(Debug, Default)]
 struct Scenario {
     begins: Option<Place>,
     bytes: Vec<u8>,
     is_too_long: bool,
+}
+
+/// The pieces of the faults' texts so far: place, seed and bytes of each text.
+#[derive(Debug, Default)]
+struct FaultTexts {
+    texts: Vec<(Place, u64, Vec<u8>)>,
+    bytes: usize,
+    /// Where there was too much of it.
+    too_long: Option<Place>,
+}
+
+/// What comes in pieces.
+#[derive(Debug, Default)]
+struct Pieces {
+    scenario: Scenario,
+    faults: FaultTexts,
 }
 
 /// Whether the beginning of a source holds a frame, or at least begins as one would.
@@ -45,7 +64,7 @@ pub(super) fn is_stream(head: &[u8]) -> bool {
 pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogError> {
     let mut draft = Draft::new(Format::Stream);
     let mut sequences = Sequences::default();
-    let mut scenario = Scenario::default();
+    let mut pieces = Pieces::default();
     let mut bytes = Vec::with_capacity(MAX_FRAME);
     // One byte beyond the longest frame, so that its decoder sees that it is too long.
     while let Some(piece) = source.read_piece(0, MOST_ENCODED + 1, &mut bytes)? {
@@ -76,11 +95,12 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
         } else {
             Sender::Host
         };
-        if take(&mut draft, &mut scenario, place, (sender, frame.message)).is_break() {
+        if take(&mut draft, &mut pieces, place, (sender, frame.message)).is_break() {
             break;
         }
     }
-    scenario.finish(&mut draft);
+    pieces.scenario.finish(&mut draft);
+    pieces.faults.finish(&mut draft);
     Ok(draft.finish())
 }
 
@@ -104,7 +124,7 @@ fn report(draft: &mut Draft, place: Place, sequence: u16, continuity: Continuity
 
 fn take(
     draft: &mut Draft,
-    scenario: &mut Scenario,
+    pieces: &mut Pieces,
     place: Place,
     (sender, message): (Sender, Message),
 ) -> ControlFlow<()> {
@@ -114,7 +134,8 @@ fn take(
         Message::Truth(Truth::Pose { stamp_us, pose }) => {
             draft.take_true_pose(place, stamp_us, pose)?;
         }
-        Message::Truth(Truth::Scenario(chunk)) => scenario.extend(place, &chunk),
+        Message::Truth(Truth::Scenario(chunk)) => pieces.scenario.extend(place, &chunk),
+        Message::Truth(Truth::Faults { seed, text }) => pieces.faults.extend(place, seed, &text),
         Message::Truth(Truth::Seed(seed)) => {
             let kept = *draft.truth().seed.get_or_insert(seed);
             if kept != seed {
@@ -143,6 +164,36 @@ impl Scenario {
             Ok(text) if !self.is_too_long => draft.truth().scenario = Some(text),
             Ok(_) => draft.refuse(place, Reason::BadScenario, "a scenario of more than 64 KiB"),
             Err(error) => draft.refuse(place, Reason::BadScenario, error.utf8_error()),
+        }
+    }
+}
+
+impl FaultTexts {
+    fn extend(&mut self, place: Place, seed: u64, chunk: &[u8]) {
+        // An empty piece would be a text each time the seed changes.
+        self.bytes += chunk.len().max(1);
+        if self.bytes > MOST_FAULTS {
+            self.too_long.get_or_insert(place);
+            return;
+        }
+        match self.texts.last_mut() {
+            Some((_, last, bytes)) if *last == seed => bytes.extend_from_slice(chunk),
+            _ => self.texts.push((place, seed, chunk.to_vec())),
+        }
+    }
+
+    /// Hands the texts over; half of one would be another one.
+    fn finish(self, draft: &mut Draft) {
+        if let Some(place) = self.too_long {
+            let text = "more than 4 KiB of faults: none are told";
+            draft.refuse(place, Reason::BadFaults, text);
+            return;
+        }
+        for (place, seed, bytes) in self.texts {
+            match String::from_utf8(bytes) {
+                Ok(text) => draft.truth().faults.push((text, seed)),
+                Err(error) => draft.refuse(place, Reason::BadFaults, error.utf8_error()),
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::io::{Error, Write};
 
 use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Encoder, Message, SCENARIO_CHUNK, Truth};
+use amiro_ipf::wire::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, Truth};
 
 /// Boot id of a recording host; a board draws its own.
 const HOST_BOOT_ID: u8 = 0xA5;
@@ -61,6 +61,33 @@ impl<W: Write> RecordingWriter<W> {
             self.write_truth(&Truth::Scenario(chunk))?;
         }
         Ok(())
+    }
+
+    /// Writes the text of what was broken on purpose and the seed of what was random about
+    /// it, in as many pieces as it takes.
+    ///
+    /// Readers take at most 4 KiB of all such texts; two in a row need two seeds.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_faults(&mut self, text: &str, seed: u64) -> Result<(), Error> {
+        for chunk in text.as_bytes().chunks(FAULTS_CHUNK) {
+            let text = chunk.iter().copied().collect();
+            self.write_truth(&Truth::Faults { seed, text })?;
+        }
+        Ok(())
+    }
+
+    /// The frame of an input as [`write_input`](Self::write_input) would write it, with its
+    /// number used up: for a line that may lose it.
+    ///
+    /// # Errors
+    /// An input that does not fit into a frame; none is as long.
+    pub fn frame_of(&mut self, input: &Input) -> Result<&[u8], Error> {
+        match self.encoder.encode(&Message::Input(*input)) {
+            [] => Err(Error::other("a message does not fit into a frame")),
+            frame => Ok(frame),
+        }
     }
 
     /// Writes whole frames that a board answered, as they came.

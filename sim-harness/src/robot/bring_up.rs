@@ -3,7 +3,8 @@
 use amiro_ipf::driver::{DEFAULT_OFFSET, OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::sensor::{SENSORS, SensorMask};
 
-use crate::bus::{Fault, RobotBuses, SensorFault, place_of};
+use super::scripted::plug;
+use crate::bus::{RobotBuses, SensorFault};
 
 /// Raw counts of the robot's sensors with nothing in range; its memory holds them.
 ///
@@ -35,15 +36,4 @@ pub(super) fn buses(plugged: SensorMask) -> RobotBuses {
         }
     }
     buses
-}
-
-/// Pulls a sensor's plug, or plugs it in, before the first byte from a time on.
-pub(super) fn plug(buses: &mut RobotBuses, sensor: usize, fault: SensorFault, from_ns: u64) {
-    let place = place_of(sensor);
-    let fault = Fault::Sensor {
-        // A channel is 0 to 3.
-        channel: u8::try_from(place.channel).unwrap_or(u8::MAX),
-        fault,
-    };
-    buses.bus_mut(place.bus).script.from_time(from_ns, fault);
 }

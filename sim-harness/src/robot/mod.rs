@@ -15,9 +15,11 @@
 mod bring_up;
 mod driven;
 mod faults;
+mod frames;
 mod mapped;
 mod rhythm;
 mod scene;
+mod scripted;
 mod sensor_faults;
 mod simulated;
 mod stamps;
@@ -25,7 +27,7 @@ mod wheel_board;
 
 pub use bring_up::OFFSETS;
 pub use driven::{RobotDrive, drive};
-pub use faults::{RobotFaults, Trouble};
+pub use faults::{BusTrouble, MuxTrouble, RobotFaults, Trouble};
 pub use mapped::{Mapped, map};
 pub use rhythm::{Rhythm, SensorClocks};
 pub use scene::Scene;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{Bus, SensorState, Transaction};
+use amiro_ipf::driver::{Bus, BusFault, SensorState, Transaction};
 use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::health::{CanHealth, Health};
@@ -13,10 +13,13 @@ use amiro_ipf::seed::SeedSource;
 use amiro_ipf::senses::{BUSES, Heard, Senses};
 use amiro_ipf::sensor::SENSORS;
 
-use super::bring_up::{buses, plug};
+use embedded_hal::i2c::Error;
+
+use super::bring_up::buses;
+use super::frames::FrameWay;
 use super::wheel_board::WheelBoard;
 use super::{Rhythm, RobotFaults, Scene, SensorClocks, Trouble};
-use crate::bus::{RobotBuses, SensorFault};
+use crate::bus::{FakeBusError, LineFault, RobotBuses};
 use crate::world::{Options, Scenario};
 
 /// Between two patrols of the flash image: 2 kHz.
@@ -84,6 +87,7 @@ pub struct Robot {
     buses: RobotBuses,
     senses: Senses,
     wheels: WheelBoard,
+    frames: FrameWay,
     now_us: u64,
     patrols: u64,
     /// The measurement of each sensor that its signal is set for.
@@ -125,23 +129,10 @@ impl Robot {
                 }
             }
         }
-        for (when_us, trouble) in faults.all() {
-            if let Trouble::Unplugged { sensor } = trouble {
-                let at_ns = |drive_us: u64| drive_us.saturating_add(STARTS_DRIVING_US) * 1_000;
-                let from_ns = if when_us.start == 0 {
-                    0
-                } else {
-                    at_ns(when_us.start)
-                };
-                plug(&mut buses, sensor, SensorFault::Unplugged, from_ns);
-                if when_us.end < u64::MAX / 2_000 {
-                    let to_ns = at_ns(when_us.end);
-                    plug(&mut buses, sensor, SensorFault::PluggedIn, to_ns);
-                }
-            }
-        }
+        faults.script(&mut buses, STARTS_DRIVING_US);
         Self {
             wheels: WheelBoard::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
+            frames: FrameWay::default(),
             scene,
             faults,
             seed,
@@ -188,8 +179,15 @@ impl Robot {
         self.take_frames();
         self.buses.advance_to(self.now_us * 1_000);
         self.light_the_sensors();
+        let until_us = self.now_us + PATROL_US;
         // What is pending now is begun; a round that begins now is, at the next patrol.
-        let pending = BUSES.map(|bus| (bus, self.senses.next(bus, self.now_us)));
+        let pending = BUSES.map(|bus| {
+            // A transaction that waited for a wire that is held may have taken longer than
+            // a patrol.
+            let is_late = self.buses.bus_mut(index_of(bus)).now_ns() / 1_000 >= until_us;
+            let next = (!is_late).then(|| self.senses.next(bus, self.now_us));
+            (bus, next.flatten())
+        });
         if let Some(input) = self.senses.poll(self.now_us) {
             self.report(Said::Samples(input));
         }
@@ -200,7 +198,6 @@ impl Robot {
         if self.patrols.is_multiple_of(HEALTH_EVERY) {
             self.report(Said::Health(self.health()));
         }
-        let until_us = self.now_us + PATROL_US;
         for (bus, pending) in pending {
             self.serve(bus, pending, until_us);
         }
@@ -217,11 +214,11 @@ impl Robot {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
         while let Some(transaction) = next {
-            let result = transaction.run_on(line);
+            let result = transaction.exchange_on(line);
             let result = result.as_ref().map(|answer| &**answer);
             let now_us = line.now_ns() / 1_000;
             self.senses
-                .answer(bus, now_us, result.map_err(|fault| *fault));
+                .answer(bus, now_us, result.map_err(|error| fault_of(*error)));
             if now_us >= until_us {
                 return;
             }
@@ -233,25 +230,16 @@ impl Robot {
     fn take_frames(&mut self) {
         while let Some(sent) = self.wheels.sent_by(self.now_us, self.scene.drive()) {
             let drive_us = sent.at_us.saturating_sub(STARTS_DRIVING_US);
-            let mut carried_m = [0.0; 2];
-            let mut is_lost = false;
-            for trouble in self.faults.at(drive_us) {
-                match trouble {
-                    Trouble::NoFrames => is_lost = true,
-                    Trouble::Elsewhere { by_m } => carried_m = by_m,
-                    _ => {}
-                }
-            }
-            if is_lost {
-                continue;
-            }
-            let heard = self.senses.take_frame(sent.at_us, &sent.frame(carried_m));
+            self.frames.take(sent, drive_us, &self.faults);
+        }
+        while let Some(arrived) = self.frames.arrived_by(self.now_us) {
+            let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
             if let Heard::Input(input) = heard {
                 self.reports.push_back(Report {
-                    at_us: sent.at_us,
+                    at_us: arrived.at_us,
                     said: Said::Pose {
                         input,
-                        updated_us: sent.updated_us,
+                        updated_us: arrived.updated_us,
                     },
                 });
             }
@@ -267,12 +255,21 @@ impl Robot {
                 self.prepared_ns[sensor] = None;
                 continue;
             };
-            let was_running = self.prepared_ns[sensor].is_some();
+            let before_ns = self.prepared_ns[sensor];
+            let was_running = before_ns.is_some();
             let at_ns = match self.clocks {
                 SensorClocks::Together { into_round_ns } if !was_running => {
                     let first_ns = TOGETHER_FROM_US * 1_000 + into_round_ns;
                     part.measure_next_at(first_ns);
                     first_ns
+                }
+                _ => at_ns,
+            };
+            let at_ns = match (before_ns, self.period_ns(sensor, at_ns)) {
+                (Some(before_ns), Some(period_ns)) if before_ns < at_ns => {
+                    let at_ns = at_ns.max(before_ns + period_ns);
+                    self.buses.sensor_mut(sensor).measure_next_at(at_ns);
+                    at_ns
                 }
                 _ => at_ns,
             };
@@ -282,22 +279,53 @@ impl Robot {
         }
     }
 
+    /// How long a slow sensor takes from one measurement to the next.
+    fn period_ns(&self, sensor: usize, at_ns: u64) -> Option<u64> {
+        let drive_us = (at_ns / 1_000).saturating_sub(STARTS_DRIVING_US);
+        let slow = self
+            .faults
+            .at(drive_us)
+            .filter_map(|trouble| match trouble {
+                Trouble::Slow {
+                    sensor: it,
+                    period_us,
+                } if it == sensor => Some(period_us * 1_000),
+                _ => None,
+            });
+        slow.max()
+    }
+
     fn light(&mut self, sensor: usize, at_ns: u64) {
         let drive_ns = at_ns.cast_signed() - (STARTS_DRIVING_US * 1_000).cast_signed();
-        let Some(mut raw) = self.scene.raw_counts(sensor, drive_ns) else {
+        let drive_us = u64::try_from(drive_ns / 1_000).unwrap_or(0);
+        let late = self
+            .faults
+            .at(drive_us)
+            .filter_map(|trouble| match trouble {
+                Trouble::Late { sensor: it, by_us } if it == sensor => Some(by_us * 1_000),
+                _ => None,
+            });
+        let seen_ns = drive_ns - late.max().unwrap_or(0).cast_signed();
+        let Some(mut raw) = self.scene.raw_counts(sensor, seen_ns) else {
             return;
         };
         let mut ambient_counts = 0;
         let mut is_stuck = false;
-        for trouble in self.faults.at(u64::try_from(drive_ns / 1_000).unwrap_or(0)) {
+        for trouble in self.faults.at(drive_us) {
             match trouble {
                 Trouble::Saturated { sensor: it } if it == sensor => raw = u16::MAX,
                 Trouble::Stuck { sensor: it } if it == sensor => is_stuck = true,
                 Trouble::Garbage { sensor: it } if it == sensor => {
                     let moment = at_ns.rotate_left(20);
-                    let mut noise = Generator::seeded(self.seed ^ GARBAGE_STREAM ^ moment);
+                    let seed = self.seed ^ self.faults.seed();
+                    let mut noise = Generator::seeded(seed ^ GARBAGE_STREAM ^ moment);
                     // The upper half of the bits.
                     raw = (noise.bits() >> 16) as u16;
+                }
+                Trouble::Wrong { sensor: it, counts } if it == sensor && raw != u16::MAX => {
+                    let wrong = i32::from(raw).saturating_add(counts);
+                    // One below a full register, which would say something else.
+                    raw = wrong.clamp(0, i32::from(u16::MAX - 1)) as u16;
                 }
                 Trouble::Lit {
                     sensor: it,
@@ -331,6 +359,15 @@ impl Iterator for Robot {
             self.patrol();
         }
         self.reports.pop_front()
+    }
+}
+
+/// What the robot's own master says of an error: a wait for a wire that is held is given up
+/// by it as such.
+fn fault_of(error: FakeBusError) -> BusFault {
+    match error {
+        FakeBusError::Line(LineFault::SclLow | LineFault::SdaLow) => BusFault::HeldLow,
+        error => BusFault::from(error.kind()),
     }
 }
 

@@ -54,6 +54,8 @@ pub struct Vcnl4020 {
     pointer: u8,
     talk: Talk,
     plugged: bool,
+    /// It hears no start at this time.
+    deaf_at_ns: Option<u64>,
     latches: bool,
     /// The lower half that belongs to an upper half that was read, if the part latches.
     latched: Option<u8>,
@@ -68,6 +70,7 @@ impl Default for Vcnl4020 {
             pointer: 0,
             talk: Talk::Silent,
             plugged: true,
+            deaf_at_ns: None,
             latches: false,
             latched: None,
             timing: Timing {
@@ -171,7 +174,8 @@ impl Device for Vcnl4020 {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.pass(now_ns);
         self.latched = None;
-        self.talk = match (self.plugged && address == ADDRESS, read) {
+        let hears = self.plugged && self.deaf_at_ns != Some(now_ns);
+        self.talk = match (hears && address == ADDRESS, read) {
             (false, _) => Talk::Silent,
             (true, false) => Talk::Register,
             (true, true) => Talk::Read,
@@ -225,11 +229,15 @@ impl Device for Vcnl4020 {
         if fault == SensorFault::Measures {
             return self.registers.end_proximity(&mut self.light, now_ns);
         }
+        if fault == SensorFault::Deaf {
+            self.deaf_at_ns = Some(now_ns);
+            return self.plugged;
+        }
         let was_plugged = self.plugged;
         self.plugged = match fault {
             SensorFault::Unplugged => false,
             SensorFault::PluggedIn => true,
-            SensorFault::Reset | SensorFault::Measures => was_plugged,
+            SensorFault::Reset | SensorFault::Measures | SensorFault::Deaf => was_plugged,
         };
         let struck = fault == SensorFault::Reset && was_plugged || self.plugged != was_plugged;
         if struck {

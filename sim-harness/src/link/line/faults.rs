@@ -4,6 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
+use crate::quantity::{probability, time, whole};
+
 /// Longest burst of dropped bytes, or of garbage, that can be asked for.
 const LONGEST_BURST: u32 = 1_000_000;
 
@@ -47,7 +49,8 @@ pub enum LineFault {
     Off,
 }
 
-/// When something is wrong: `@2s..5s`, `@500ms`, `@1000B..2000B`; always if not given.
+/// When something is wrong: `@2s..5s`, `@500ms`, `@..5s`, `@1000B..2000B`; always if not
+/// given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Window {
     /// From the first byte to the last.
@@ -173,12 +176,6 @@ fn fault(word: &str) -> Result<(LineFault, Window), LineFaultError> {
     Ok((fault, window))
 }
 
-fn probability(text: &str) -> Option<f64> {
-    let rate: f64 = text.parse().ok()?;
-    // Neither NaN nor a sign.
-    (text.starts_with(|c: char| c.is_ascii_digit()) && (0.0..=1.0).contains(&rate)).then_some(rate)
-}
-
 fn burst(text: &str, most: u32) -> Option<(f64, u32)> {
     let (rate, most) = match text.split_once('x') {
         None => (text, u64::from(most)),
@@ -186,26 +183,6 @@ fn burst(text: &str, most: u32) -> Option<(f64, u32)> {
     };
     let is_legal = (1..=u64::from(LONGEST_BURST)).contains(&most);
     Some((probability(rate)?, is_legal.then_some(most as u32)?))
-}
-
-/// Digits and nothing else.
-fn whole(text: &str) -> Option<u64> {
-    text.bytes()
-        .all(|byte| byte.is_ascii_digit())
-        .then(|| text.parse().ok())?
-}
-
-fn time(text: &str) -> Option<Duration> {
-    let (number, unit_s) = match text.strip_suffix("ms") {
-        Some(number) => (number, 1e-3),
-        None => (text.strip_suffix('s')?, 1.0),
-    };
-    let value: f64 = number.parse().ok()?;
-    let seconds = value * unit_s;
-    let is_legal =
-        number.starts_with(|c: char| c.is_ascii_digit()) && (0.0..=86_400.0).contains(&seconds);
-    // To the microsecond, so that what is printed is read back as it was.
-    is_legal.then(|| Duration::from_micros((seconds * 1e6).round() as u64))
 }
 
 fn window(text: &str) -> Option<Window> {
@@ -223,7 +200,10 @@ fn window(text: &str) -> Option<Window> {
             .is_none_or(|to| from < to)
             .then_some(Window::Bytes(from, to));
     }
-    let from = time(from)?;
+    let from = match (from, to) {
+        ("", Some(_)) => Duration::ZERO,
+        _ => time(from)?,
+    };
     let to = match to {
         None => None,
         Some(to) => Some(time(to)?),
@@ -291,6 +271,7 @@ mod tests {
             ("garbage:0.5", "garbage:0.5x64"),
             ("off@2s..5s", "off@2s..5s"),
             ("off@500ms", "off@0.5s"),
+            ("off@..8s", "off@0s..8s"),
             ("off@10B..20B+off@90B", "off@10B..20B+off@90B"),
             ("slow:9600+delay:20ms", "slow:9600+delay:0.02s"),
             (
@@ -324,6 +305,7 @@ mod tests {
             ("off@5s..2s", "off@5s..2s"),
             ("off@2s..5", "off@2s..5"),
             ("off@2s..50B", "off@2s..50B"),
+            ("off@..", "off@.."),
             ("delay:1h", "delay:1h"),
             ("delay:1e9s", "delay:1e9s"),
             ("ok+off", "ok"),

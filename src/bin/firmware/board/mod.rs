@@ -114,13 +114,14 @@ impl Board {
             _ => rcc.clocks.hclk().raw(),
         };
         Mono::start(core.SYST, core_hz);
-        let gpio_a = device.GPIOA.split(&mut rcc);
-        let gpio_b = device.GPIOB.split(&mut rcc);
-        let gpio_c = device.GPIOC.split(&mut rcc);
         // Power of the whole stack: regulators, system power, no warm reset. A pin
-        // left floating here switches the robot off.
+        // left floating here switches the robot off, so each is driven as soon as its
+        // port is out of reset.
+        let gpio_a = device.GPIOA.split(&mut rcc);
         gpio_a.pa8.into_push_pull_output_in_state(PinState::High);
+        let gpio_b = device.GPIOB.split(&mut rcc);
         gpio_b.pb2.into_push_pull_output_in_state(PinState::High);
+        let gpio_c = device.GPIOC.split(&mut rcc);
         gpio_c.pc14.into_open_drain_output_in_state(PinState::High);
         let start_line = StartLine(gpio_c.pc12.into_open_drain_output_in_state(PinState::Low));
         let shutdown_line = ShutdownLine::new(gpio_c.pc13.into_input());

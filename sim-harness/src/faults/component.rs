@@ -1,0 +1,89 @@
+//! The parts that can be named.
+
+use std::fmt;
+
+use amiro_ipf::driver::Bus;
+use amiro_ipf::sensor::SENSORS;
+
+/// A part of the robot that can break. The serial line is not among them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// `s0` to `s7`: a sensor, by its index.
+    Sensor(usize),
+    /// `ring`: all eight sensors.
+    Ring,
+    /// `bus1`, `bus2`: a bus of four sensors.
+    Bus(Bus),
+    /// `mux1`, `mux2`: the multiplexer of such a bus.
+    Mux(Bus),
+    /// `can`: the odometry that comes over the robot's bus.
+    Can,
+}
+
+impl Component {
+    pub(super) fn parse(name: &str) -> Option<Self> {
+        let sensor = |place: &str| (0..SENSORS).find(|sensor| sensor.to_string() == place);
+        Some(match name {
+            "ring" => Self::Ring,
+            "bus1" => Self::Bus(Bus::I2c1),
+            "bus2" => Self::Bus(Bus::I2c2),
+            "mux1" => Self::Mux(Bus::I2c1),
+            "mux2" => Self::Mux(Bus::I2c2),
+            "can" => Self::Can,
+            _ => Self::Sensor(sensor(name.strip_prefix('s')?)?),
+        })
+    }
+
+    /// The words that make sense for it, as they are written.
+    #[must_use]
+    pub const fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Sensor(_) | Self::Ring => &[
+                "ok",
+                "off",
+                "stuck",
+                "garbage",
+                "wrong:COUNTS",
+                "slow:RATEHz",
+                "delayed:TIME",
+                "intermittent:SHARE",
+                "saturated",
+            ],
+            Self::Bus(_) | Self::Mux(_) => &["ok", "off", "stuck", "garbage", "intermittent:SHARE"],
+            Self::Can => &[
+                "ok",
+                "off",
+                "stuck",
+                "garbage",
+                "wrong:LENGTHmm",
+                "slow:RATEHz",
+                "delayed:TIME",
+                "intermittent:SHARE",
+            ],
+        }
+    }
+
+    /// Itself, or the sensors of the ring.
+    pub(super) fn each(self) -> Vec<Self> {
+        match self {
+            Self::Ring => (0..SENSORS).map(Self::Sensor).collect(),
+            one => vec![one],
+        }
+    }
+}
+
+impl fmt::Display for Component {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = |bus: &Bus| match bus {
+            Bus::I2c1 => 1,
+            Bus::I2c2 => 2,
+        };
+        match self {
+            Self::Sensor(sensor) => write!(f, "s{sensor}"),
+            Self::Ring => f.write_str("ring"),
+            Self::Bus(bus) => write!(f, "bus{}", number(bus)),
+            Self::Mux(bus) => write!(f, "mux{}", number(bus)),
+            Self::Can => f.write_str("can"),
+        }
+    }
+}

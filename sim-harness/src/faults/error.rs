@@ -1,0 +1,32 @@
+//! Why a text names no faults.
+
+/// A fault that cannot be: which word, where, and why.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("\"{word}\" (character {place}) {problem}")]
+pub struct FaultError {
+    word: String,
+    place: usize,
+    problem: String,
+}
+
+impl FaultError {
+    pub(super) fn new(word: &str, place: usize, problem: impl Into<String>) -> Self {
+        Self {
+            word: word.to_owned(),
+            place,
+            problem: problem.into(),
+        }
+    }
+
+    /// The piece of the text that is wrong.
+    #[must_use]
+    pub fn word(&self) -> &str {
+        &self.word
+    }
+
+    /// Where it begins: the number of its first character, counted from 1.
+    #[must_use]
+    pub const fn place(&self) -> usize {
+        self.place
+    }
+}

@@ -1,0 +1,215 @@
+//! The same faults, on the inputs of a recording.
+
+use std::collections::VecDeque;
+
+use amiro_ipf::driver::DEFAULT_OFFSET;
+use amiro_ipf::input::Input;
+use amiro_ipf::random::{Generator, uniform};
+use amiro_ipf::sensor::{SENSORS, Sample};
+
+use super::held::Held;
+use super::word::micros;
+use super::{Component, Faults, Word};
+use crate::bus::Outages;
+
+/// Keeps the noise of recordings apart from all other: "input".
+const INPUT_STREAM: u64 = 0x69_6e70_7574;
+/// A loose sensor is missing for a round or not: 8 ms.
+const SLOT_NS: u64 = 8_000_000;
+
+/// A fault that inputs cannot show.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "\"{fault}\" cannot be seen in a recording's inputs: they take off, stuck, garbage, wrong, \
+     saturated and intermittent of a sensor, off, wrong, delayed and intermittent of can; \
+     `simulate --fault` has the rest"
+)]
+pub struct NotOnInputs {
+    fault: String,
+}
+
+impl Faults {
+    /// What a node would have been told had this been broken: times count from the first
+    /// input that has a stamp.
+    ///
+    /// A sensor that is `stuck` says its first counts of that time again and again, one
+    /// that is `garbage` 16 random bits above the default offset. Odometry that is
+    /// `delayed` comes so much later and is dated by when it comes, as on the robot.
+    /// Wheel speeds know no `wrong`.
+    ///
+    /// # Errors
+    /// The first fault of a part that has no meaning on inputs; faults of the line have
+    /// none here and are left alone.
+    pub fn on_inputs(&self, seed: u64, inputs: &[Input]) -> Result<Vec<Input>, NotOnInputs> {
+        if let Some(fault) = self.parts.iter().find(|fault| !is_on_inputs(fault)) {
+            return Err(NotOnInputs {
+                fault: fault.to_string(),
+            });
+        }
+        let first_us = inputs.iter().find_map(stamp_us).unwrap_or(0);
+        let mut broken = Broken {
+            held: self.held(),
+            seed,
+            stuck: [None; SENSORS],
+            late: VecDeque::new(),
+            told: Vec::with_capacity(inputs.len()),
+        };
+        for input in inputs {
+            let now_us = stamp_us(input).unwrap_or(first_us).saturating_sub(first_us);
+            broken.take(*input, now_us);
+        }
+        broken.deliver_until(u64::MAX);
+        Ok(broken.told)
+    }
+}
+
+fn is_on_inputs(fault: &super::Fault) -> bool {
+    match fault.component {
+        Component::Sensor(_) | Component::Ring => {
+            !matches!(fault.word, Word::Slow(_) | Word::Delayed(_))
+        }
+        Component::Can => !matches!(fault.word, Word::Stuck | Word::Garbage | Word::Slow(_)),
+        Component::Bus(_) | Component::Mux(_) => fault.word == Word::Ok,
+    }
+}
+
+fn stamp_us(input: &Input) -> Option<u64> {
+    match *input {
+        Input::Proximity { stamp_us, .. }
+        | Input::Odometry { stamp_us, .. }
+        | Input::Wheels { stamp_us, .. }
+        | Input::Tick { stamp_us } => Some(stamp_us),
+        Input::Hello | Input::Configure(_) | Input::Calibrate | Input::Limit { .. } => None,
+    }
+}
+
+/// Inputs on their way through the faults.
+struct Broken {
+    held: Vec<Held>,
+    seed: u64,
+    stuck: [Option<Sample>; SENSORS],
+    /// Odometry that is still to come, with its new stamp.
+    late: VecDeque<(u64, Input)>,
+    told: Vec<Input>,
+}
+
+impl Broken {
+    fn holding(&self, component: Component, now_us: u64) -> Vec<(usize, Word)> {
+        let held = self.held.iter().enumerate();
+        held.filter(|(_, held)| held.component == component && held.when_us.contains(&now_us))
+            .map(|(place, held)| (place, held.word))
+            .collect()
+    }
+
+    fn take(&mut self, input: Input, now_us: u64) {
+        if let Some(stamp_us) = stamp_us(&input) {
+            self.deliver_until(stamp_us);
+        }
+        match input {
+            Input::Proximity { stamp_us, samples } => {
+                let mut sensor = 0..;
+                let samples = samples.map(|sample| match sensor.next() {
+                    Some(sensor) => self.sample(sensor, sample, now_us),
+                    None => sample,
+                });
+                self.told.push(Input::Proximity { stamp_us, samples });
+            }
+            Input::Odometry { .. } | Input::Wheels { .. } => self.take_motion(input, now_us),
+            _ => self.told.push(input),
+        }
+    }
+
+    fn sample(&mut self, sensor: usize, sample: Sample, now_us: u64) -> Sample {
+        let holding = self.holding(Component::Sensor(sensor), now_us);
+        let stuck = holding.iter().any(|(_, word)| *word == Word::Stuck);
+        let mut told = sample;
+        for (place, word) in holding {
+            told = match (word, told) {
+                (Word::Off, _) => Sample::Missing,
+                (Word::Intermittent(share), told) => {
+                    if self.is_out(place, share, now_us) {
+                        Sample::Missing
+                    } else {
+                        told
+                    }
+                }
+                // A sensor that says nothing says nothing wrong either.
+                (_, Sample::Missing) => Sample::Missing,
+                (Word::Saturated, _) => Sample::Saturated,
+                (Word::Stuck, told) => self.held_at(sensor, told),
+                (Word::Garbage, _) => self.garbage(sensor, now_us),
+                (Word::Wrong(by), Sample::Counts(counts)) => {
+                    Sample::Counts(counts.saturating_add(by))
+                }
+                (_, told) => told,
+            };
+        }
+        if !stuck && let Some(held) = self.stuck.get_mut(sensor) {
+            *held = None;
+        }
+        told
+    }
+
+    fn held_at(&mut self, sensor: usize, sample: Sample) -> Sample {
+        let held = self.stuck.get_mut(sensor);
+        held.map_or(sample, |held| *held.get_or_insert(sample))
+    }
+
+    fn garbage(&self, sensor: usize, now_us: u64) -> Sample {
+        let moment = (now_us << 3 | sensor as u64).rotate_left(20);
+        let mut noise = Generator::seeded(self.seed ^ INPUT_STREAM ^ moment);
+        // The upper half of the bits.
+        match (noise.bits() >> 16) as u16 {
+            u16::MAX => Sample::Saturated,
+            raw => Sample::Counts(i32::from(raw) - i32::from(DEFAULT_OFFSET)),
+        }
+    }
+
+    /// Whether a loose contact is open now; two of them are not open at the same times.
+    fn is_out(&self, place: usize, share: f64, now_us: u64) -> bool {
+        let seed = self.seed.wrapping_add(1 + place as u64).rotate_left(32);
+        Outages::new(SLOT_NS, share, seed).fails_at(now_us.saturating_mul(1_000))
+    }
+
+    fn take_motion(&mut self, mut input: Input, now_us: u64) {
+        let mut noise = Generator::seeded(self.seed ^ INPUT_STREAM ^ now_us.rotate_left(40));
+        let mut late_us = 0;
+        for (_, word) in self.holding(Component::Can, now_us) {
+            match word {
+                Word::Off => return,
+                Word::Intermittent(share) if f64::from(uniform(&mut noise)) < share => return,
+                Word::Delayed(by) => late_us = micros(by),
+                Word::Wrong(by_mm) => {
+                    if let Input::Odometry { pose, .. } = &mut input {
+                        pose.position.x += by_mm as f32 * 1e-3;
+                    }
+                }
+                _ => {}
+            }
+        }
+        let due_us = stamp_us(&input).unwrap_or(0).saturating_add(late_us);
+        // Nothing overtakes what is on its way.
+        let last_us = self.late.back().map_or(0, |(last_us, _)| *last_us);
+        if late_us == 0 && self.late.is_empty() {
+            self.told.push(input);
+        } else {
+            self.late.push_back((due_us.max(last_us), input));
+        }
+    }
+
+    /// Tells what has come by a time.
+    fn deliver_until(&mut self, now_us: u64) {
+        while let Some(&(due_us, mut input)) = self.late.front()
+            && due_us <= now_us
+        {
+            self.late.pop_front();
+            match &mut input {
+                Input::Odometry { stamp_us, .. } | Input::Wheels { stamp_us, .. } => {
+                    *stamp_us = due_us;
+                }
+                _ => {}
+            }
+            self.told.push(input);
+        }
+    }
+}
