@@ -27,9 +27,10 @@ impl std::fmt::Display for Format {
 
 /// One run: its configuration, inputs and what was recorded beside them.
 ///
-/// Stamps of each kind of input never decrease, poses and speeds are finite and the
-/// configuration is legal. A node may still refuse what came too early: a reading
-/// without odometry near it, a tick before any reading.
+/// Stamps of each kind of input never decrease within what one sender said, poses and
+/// speeds are finite and the configuration is legal. A node may still refuse what came
+/// too early: a reading without odometry near it, a tick before any reading, what a host
+/// and a board both said.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The configuration that the inputs were recorded under, if the source has one.
