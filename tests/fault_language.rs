@@ -630,7 +630,7 @@ fn equal_seeds_give_equal_files_and_others_do_not() {
 }
 
 #[test]
-fn without_faults_of_parts_a_simulation_is_what_it_always_was() {
+fn without_faults_of_parts_a_recording_is_the_simulation_and_all_its_true_poses() {
     let simulation = simulate_with(&msod(), SEED, &Options::default());
     let mut writer = RecordingWriter::new(Vec::new()).unwrap();
     writer.write_truth(&Truth::Seed(SEED)).unwrap();
@@ -643,12 +643,13 @@ fn without_faults_of_parts_a_simulation_is_what_it_always_was() {
     let mut poses = simulation.poses.iter();
     for input in &simulation.inputs {
         writer.write_input(input).unwrap();
-        // Every input takes a pose along, and only readings write theirs.
-        let pose = poses.next();
-        if let (Input::Proximity { .. }, Some(&(stamp_us, pose))) = (input, pose) {
+        // Every reading has its pose.
+        if matches!(input, Input::Proximity { .. }) {
+            let &(stamp_us, pose) = poses.next().unwrap();
             writer.write_truth(&Truth::Pose { stamp_us, pose }).unwrap();
         }
     }
+    assert!(poses.next().is_none());
     assert!(recorded("ok", 1) == writer.finish().unwrap());
 }
 

@@ -87,7 +87,7 @@ impl SimulatedDrive<'_> {
         let mut line = LossyLine::new(self.faults.line(), self.seed_of_faults);
         let mut first_us = None;
         let mut now = Duration::ZERO;
-        let mut poses = simulation.poses.iter();
+        let mut poses = simulation.poses.iter().peekable();
         for input in &simulation.inputs {
             if let Input::Proximity { stamp_us, .. } = *input {
                 let first_us = *first_us.get_or_insert(stamp_us);
@@ -95,9 +95,13 @@ impl SimulatedDrive<'_> {
             }
             line.send(writer.frame_of(input)?, now);
             writer.write_frames(&line.receive(now))?;
-            // Every input takes a pose along: files stay what they have been.
-            if let (Input::Proximity { .. }, Some(&(stamp_us, pose))) = (input, poses.next()) {
-                writer.write_truth(&Truth::Pose { stamp_us, pose })?;
+            if let Input::Proximity {
+                stamp_us: now_us, ..
+            } = *input
+            {
+                while let Some(&(stamp_us, pose)) = poses.next_if(|(at_us, _)| *at_us <= now_us) {
+                    writer.write_truth(&Truth::Pose { stamp_us, pose })?;
+                }
             }
         }
         line.flush(now);
