@@ -23,6 +23,7 @@
 //!   to events.
 //! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
 //!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
+//! - [`supervision`]: the rules by which the image watches over itself.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
