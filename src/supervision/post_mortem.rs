@@ -8,14 +8,14 @@ use crate::checksum::CRC;
 /// Most bytes of a place that are kept: its end, which names the file.
 pub const PLACE: usize = 24;
 
-/// Words in which a record is kept.
-pub const WORDS: usize = 20;
+/// Words that the longest record is encoded in: 76 bytes.
+const ENCODED: usize = 19;
+
+/// Words in which a record is kept: a mark, the encoding, a checksum.
+pub const WORDS: usize = ENCODED + 2;
 
 /// Tells a record from memory that was never written: "died" in ASCII.
 const MAGIC: u32 = 0x6469_6564;
-
-/// Words of the place.
-const PLACE_WORDS: usize = PLACE / 4;
 
 /// Why a life ended. Variants are appended, never reordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -108,113 +108,36 @@ impl PostMortem {
         self
     }
 
-    /// The record as words, with a checksum at the end.
+    /// The record as words, in the wire's encoding, with a checksum at the end.
     #[must_use]
     pub fn to_words(&self) -> [u32; WORDS] {
-        let Registers {
-            pc,
-            lr,
-            psr,
-            sp,
-            cfsr,
-            hfsr,
-            address,
-        } = self.registers;
-        let cause = match self.cause {
-            Cause::Panic => 0,
-            Cause::Fault => 1,
-            Cause::StackOverflow => 2,
-            Cause::Watchdog => 3,
-            Cause::Clock => 4,
-        };
-        let mut place = [0; PLACE_WORDS];
-        for (word, bytes) in place.iter_mut().zip(self.place.as_bytes().chunks(4)) {
-            *word = bytes
-                .iter()
-                .rev()
-                .fold(0, |word, byte| word << 8 | u32::from(*byte));
+        let mut bytes = [[0; 4]; ENCODED];
+        // The longest record fits; a test holds that.
+        let _ = postcard::to_slice(self, bytes.as_flattened_mut());
+        let mut words = [0; WORDS];
+        let [magic, encoded @ .., _] = &mut words;
+        *magic = MAGIC;
+        for (word, bytes) in encoded.iter_mut().zip(bytes) {
+            *word = u32::from_le_bytes(bytes);
         }
-        let [p0, p1, p2, p3, p4, p5] = place;
-        let length = self.place.len() as u32;
-        let mut words = [
-            MAGIC,
-            cause,
-            self.step,
-            self.uptime_ms,
-            self.line,
-            length,
-            p0,
-            p1,
-            p2,
-            p3,
-            p4,
-            p5,
-            pc,
-            lr,
-            psr,
-            sp,
-            cfsr,
-            hfsr,
-            address,
-            0,
-        ];
         let sum = checksum(&words);
-        if let Some(last) = words.last_mut() {
-            *last = sum;
-        }
+        let [.., last] = &mut words;
+        *last = sum;
         words
     }
 
     /// The record in some words; `None` if they hold none, or a damaged one.
     #[must_use]
     pub fn from_words(words: &[u32; WORDS]) -> Option<Self> {
-        let [
-            magic,
-            cause,
-            step,
-            uptime_ms,
-            line,
-            length,
-            p0,
-            p1,
-            p2,
-            p3,
-            p4,
-            p5,
-            pc,
-            lr,
-            psr,
-            sp,
-            cfsr,
-            hfsr,
-            address,
-            sum,
-        ] = *words;
-        if magic != MAGIC || sum != checksum(words) {
+        let [magic, encoded @ .., sum] = words;
+        if *magic != MAGIC || *sum != checksum(words) {
             return None;
         }
-        let cause = match cause {
-            0 => Cause::Panic,
-            1 => Cause::Fault,
-            2 => Cause::StackOverflow,
-            3 => Cause::Watchdog,
-            4 => Cause::Clock,
-            _ => return None,
-        };
-        let bytes = [p0, p1, p2, p3, p4, p5].map(u32::to_le_bytes);
-        let name = bytes.as_flattened().get(..length as usize)?;
-        let name = core::str::from_utf8(name).ok()?;
-        let mut record = Self::new(cause, step, uptime_ms).at(name, line);
-        record.registers = Registers {
-            pc,
-            lr,
-            psr,
-            sp,
-            cfsr,
-            hfsr,
-            address,
-        };
-        Some(record)
+        let mut bytes = [[0; 4]; ENCODED];
+        for (place, word) in bytes.iter_mut().zip(encoded) {
+            *place = word.to_le_bytes();
+        }
+        postcard::from_bytes(bytes.as_flattened()).ok()
     }
 }
 
@@ -258,6 +181,22 @@ mod tests {
         }
         assert_eq!(PostMortem::from_words(&[0xa5a5_a5a5; WORDS]), None);
         assert_eq!(PostMortem::from_words(&[0; WORDS]), None);
+    }
+
+    #[test]
+    fn the_longest_record_is_kept_whole() {
+        let mut record =
+            PostMortem::new(Cause::Clock, u32::MAX, u32::MAX).at(&"x".repeat(PLACE), u32::MAX);
+        record.registers = Registers {
+            pc: u32::MAX,
+            lr: u32::MAX,
+            psr: u32::MAX,
+            sp: u32::MAX,
+            cfsr: u32::MAX,
+            hfsr: u32::MAX,
+            address: u32::MAX,
+        };
+        assert_eq!(PostMortem::from_words(&record.to_words()), Some(record));
     }
 
     #[test]
