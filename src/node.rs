@@ -600,40 +600,10 @@ mod tests {
         assert_eq!((node.status().refused, node.status().steps), (4, 1));
     }
 
-    #[test]
-    fn configuring_again_gives_the_same_run_again() {
-        let run = |node: &mut Node<'_, 160>| {
-            let mut digests = Vec::new();
-            let mut inputs = vec![Input::Configure(config())];
-            inputs.extend((0..200).flat_map(|row| at(row * 8_000, row as f32 * 1e-3, 0.0)));
-            for input in inputs {
-                node.handle(&input, &mut |event| {
-                    if let Event::StepDone(done) = event {
-                        digests.push(done.digest);
-                    }
-                })
-                .unwrap();
-            }
-            digests
-        };
-        let mut set = ParticleSet::new();
-        let mut node = Node::new(&mut set);
-        let first = run(&mut node);
-        assert_eq!(first.len(), 20);
-        assert_eq!(run(&mut node), first);
-    }
-
-    /// Digests of a drive whose stamps begin so late and run so fast.
-    fn digests_at(start_us: u64, rate: f64) -> Vec<u32> {
-        let mut set = ParticleSet::<160>::new();
-        let mut node = Node::new(&mut set);
+    /// Digests of the steps that a node makes of a configuration and these inputs.
+    fn digests(node: &mut Node<'_, 160>, inputs: impl IntoIterator<Item = Input>) -> Vec<u32> {
         let mut digests = Vec::new();
-        let mut inputs = vec![Input::Configure(config())];
-        inputs.extend((0..400_u64).flat_map(|row| {
-            let stamp_us = start_us + (row as f64 * 12_500.0 * rate) as u64;
-            at(stamp_us, row as f32 * 1e-3, 0.0)
-        }));
-        for input in inputs {
+        for input in [Input::Configure(config())].into_iter().chain(inputs) {
             node.handle(&input, &mut |event| {
                 if let Event::StepDone(done) = event {
                     digests.push(done.digest);
@@ -642,6 +612,26 @@ mod tests {
             .unwrap();
         }
         digests
+    }
+
+    #[test]
+    fn configuring_again_gives_the_same_run_again() {
+        let drive = || (0..200).flat_map(|row| at(row * 8_000, row as f32 * 1e-3, 0.0));
+        let mut set = ParticleSet::new();
+        let mut node = Node::new(&mut set);
+        let first = digests(&mut node, drive());
+        assert_eq!(first.len(), 20);
+        assert_eq!(digests(&mut node, drive()), first);
+    }
+
+    /// Digests of a drive whose stamps begin so late and run so fast.
+    fn digests_at(start_us: u64, rate: f64) -> Vec<u32> {
+        let mut set = ParticleSet::new();
+        let drive = (0..400_u64).flat_map(|row| {
+            let stamp_us = start_us + (row as f64 * 12_500.0 * rate) as u64;
+            at(stamp_us, row as f32 * 1e-3, 0.0)
+        });
+        digests(&mut Node::new(&mut set), drive)
     }
 
     #[test]

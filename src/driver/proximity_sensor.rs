@@ -3,10 +3,11 @@
 use super::sensor_state::{SensorCounters, SensorFault, SensorState};
 use super::vcnl4020::{Measurement, SATURATED};
 use super::watch::{Watch, is_dazzled};
+use crate::sampling::MAX_SAMPLE_AGE_US;
 use crate::sensor::Sample;
 
 /// A value older than this is not used: two periods of 125 Hz.
-pub const MAX_AGE_US: u64 = 16_000;
+pub const MAX_AGE_US: u64 = MAX_SAMPLE_AGE_US;
 
 /// Rounds in a row without an answer after which a sensor is missing.
 pub const MISSING_AFTER: u8 = 3;

@@ -22,6 +22,7 @@ use crate::sensor::{SENSORS, Sample, SensorMask};
 use store::OffsetStore;
 use update_clock::UpdateClock;
 
+pub use crate::driver::branch::ROUND_PERIOD_US as ROUND_US;
 pub use update_clock::ODOMETRY_AGE_US;
 
 /// The two I2C buses, in the order of their numbers.
@@ -29,9 +30,6 @@ pub const BUSES: [Bus; 2] = [Bus::I2c1, Bus::I2c2];
 
 /// The bus that the memory of the offsets is on.
 const STORE_BUS: Bus = Bus::I2c2;
-
-/// Time between two rounds of the sensors: 125 Hz.
-pub const ROUND_US: u64 = 8_000;
 
 /// A robot whose odometry changed so long ago is still taken to be moving: three frames.
 const MOVING_FOR_US: u64 = 200_000;
