@@ -1,28 +1,18 @@
 //! What may know what: rules that no compiler checks.
 
-use std::fs;
+mod common;
+
 use std::path::{Path, PathBuf};
 
 /// Every Rust file below a folder or the file itself, with its text up to its tests.
 fn sources(place: &str) -> Vec<(PathBuf, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(place);
-    let mut rest = vec![root];
-    let mut sources = Vec::new();
-    while let Some(path) = rest.pop() {
-        if path.is_dir() {
-            rest.extend(
-                fs::read_dir(&path)
-                    .unwrap()
-                    .map(|entry| entry.unwrap().path()),
-            );
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            let text = fs::read_to_string(&path).unwrap();
+    common::rust_files(place)
+        .into_iter()
+        .map(|(path, text)| {
             let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-            sources.push((path, code.to_owned()));
-        }
-    }
-    assert!(!sources.is_empty(), "nothing is at {place}");
-    sources
+            (path, code.to_owned())
+        })
+        .collect()
 }
 
 /// The code lines of a text, without comments.

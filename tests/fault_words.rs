@@ -1,9 +1,9 @@
 //! The page of faults, held against the code: every word is explained, every number has
 //! its test.
 
+mod common;
+
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
 
 use amiro_ipf::can::CanState;
 use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, SensorFault, SensorState};
@@ -133,20 +133,9 @@ fn every_word_of_the_stream_is_explained() {
 
 /// The fault numbers that begin the names of tests, in lower case.
 fn numbers_of_tests() -> BTreeSet<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut rest: Vec<_> = ["src", "tests", "sim-harness/src"]
-        .map(|folder| root.join(folder))
-        .into();
     let mut numbers = BTreeSet::new();
-    while let Some(path) = rest.pop() {
-        if path.is_dir() {
-            rest.extend(
-                fs::read_dir(&path)
-                    .unwrap()
-                    .map(|entry| entry.unwrap().path()),
-            );
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            let text = fs::read_to_string(&path).unwrap();
+    for place in ["src", "tests", "sim-harness/src"] {
+        for (_, text) in common::rust_files(place) {
             let after_test = text.split("fn f").skip(1);
             numbers.extend(after_test.filter_map(|rest| {
                 let (number, _) = rest.split_once('_')?;

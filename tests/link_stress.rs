@@ -869,6 +869,19 @@ fn own_clock() -> Vec<Input> {
     [vec![Input::Configure(config)], inputs(1)].concat()
 }
 
+/// Lets a board step by its own clock.
+fn start_own_clock(board: &mut Board) {
+    drive(
+        board,
+        &own_clock(),
+        |_| (),
+        |input, refused| {
+            assert_eq!(refused, None, "input {input}");
+        },
+    )
+    .unwrap();
+}
+
 fn next_status(board: &mut Board) -> Status {
     loop {
         if let Event::Status(status) = board.next_event().unwrap() {
@@ -882,15 +895,7 @@ fn f46_a_flood_of_garbage_delays_no_status_of_the_board() {
     let Some(image) = common::image() else { return };
     let mut board = Board::in_qemu(image, &counting()).unwrap();
     board.greet().unwrap();
-    drive(
-        &mut board,
-        &own_clock(),
-        |_| (),
-        |input, refused| {
-            assert_eq!(refused, None, "input {input}");
-        },
-    )
-    .unwrap();
+    start_own_clock(&mut board);
     let mut random = Generator::seeded(66);
     let mut before = next_status(&mut board);
     let first = before;
@@ -935,15 +940,7 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
     };
     let mut board = Board::in_qemu(image, &options).unwrap();
     board.greet().unwrap();
-    drive(
-        &mut board,
-        &own_clock(),
-        |_| (),
-        |input, refused| {
-            assert_eq!(refused, None, "input {input}");
-        },
-    )
-    .unwrap();
+    start_own_clock(&mut board);
     let left = next_status(&mut board);
     // The emulator's time runs about as quickly as this host's.
     let away_ms = if std::env::var_os("IPF_LONG").is_some() {

@@ -6,8 +6,9 @@
     reason = "not every test program uses all of it"
 )]
 
+use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -79,4 +80,21 @@ fn is_target_installed() -> bool {
             let folder = String::from_utf8_lossy(&output.stdout).trim().to_owned();
             std::path::Path::new(&folder).is_dir()
         })
+}
+
+/// Every Rust file below a folder of the project, or the file itself, with its text.
+pub(crate) fn rust_files(place: &str) -> Vec<(PathBuf, String)> {
+    let mut rest = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(place)];
+    let mut files = Vec::new();
+    while let Some(path) = rest.pop() {
+        if path.is_dir() {
+            let entries = fs::read_dir(&path).unwrap();
+            rest.extend(entries.map(|entry| entry.unwrap().path()));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            files.push((path, text));
+        }
+    }
+    assert!(!files.is_empty(), "nothing is at {place}");
+    files
 }
