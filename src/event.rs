@@ -322,6 +322,9 @@ pub struct BoardStatus {
     pub broken_frames: u32,
     /// Received bytes lost for want of room or to line errors.
     pub lost_bytes: u32,
+    /// Frames queued for the link since reset, this one not yet; with the dropped ones
+    /// they are all that have a number.
+    pub sent_frames: u32,
 }
 
 #[cfg(test)]

@@ -112,6 +112,7 @@ fn every_word_of_the_stream_is_explained() {
             .map(name),
     );
     for counter in [
+        "sent_frames",
         "dropped_frames",
         "broken_frames",
         "lost_bytes",

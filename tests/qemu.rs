@@ -59,7 +59,9 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
         |_, _| (),
     )
     .unwrap();
-    let verdict = comparison.verdict(board.boot(), board.lost_frames());
+    let tally = board.tally();
+    tally.balance(tally.sent).unwrap();
+    let verdict = comparison.verdict(board.boot(), tally.lost);
     assert!(verdict.equal, "{verdict}");
     assert_eq!(verdict.digests, outcome.steps as usize, "{verdict}");
     assert!(verdict.particles > 0, "{verdict}");

@@ -183,6 +183,7 @@ fn example_status() -> Status {
             dropped_frames: 3,
             broken_frames: 2,
             lost_bytes: 1,
+            sent_frames: 70_000,
         },
     }
 }
@@ -342,7 +343,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         (
             "boot",
             Event::Boot(Boot {
-                wire_version: 2,
+                wire_version: 3,
                 build_id: 0x0123_4567_89ab_cdef,
                 capacity: 8000,
                 window: 8,
@@ -494,28 +495,34 @@ fn golden_frames_decode_to_their_messages_and_encode_to_their_bytes() {
 }
 
 #[test]
-fn f69_frames_of_version_1_that_changed_are_refused_and_its_boot_can_be_read() {
-    let old = golden_bytes("golden-1");
-    let names: Vec<&str> = old.iter().map(|(name, _)| *name).collect();
-    assert_eq!(
-        names,
-        ["configure-paper", "configure-plus", "boot", "configured"]
-    );
-    for (name, bytes) in old {
-        // Whole frames all of them: it is the message that is another.
-        let decoded = decode(&bytes);
-        if name != "boot" {
-            assert_eq!(decoded, Err(FrameError::NotAMessage), "{name}");
-            continue;
+fn f69_frames_of_older_versions_that_changed_are_refused_and_their_boot_can_be_read() {
+    let changed: [(u8, &str, &[&str]); 2] = [
+        (
+            1,
+            "golden-1",
+            &["configure-paper", "configure-plus", "boot", "configured"],
+        ),
+        (2, "golden-2", &["boot", "status", "status-first"]),
+    ];
+    for (version, block, names) in changed {
+        let old = golden_bytes(block);
+        assert!(old.iter().map(|(name, _)| name).eq(names), "{block}");
+        for (name, bytes) in old {
+            // Whole frames all of them: it is the message that is another.
+            let decoded = decode(&bytes);
+            if name != "boot" {
+                assert_eq!(decoded, Err(FrameError::NotAMessage), "{name}");
+                continue;
+            }
+            let Ok(Frame {
+                message: Message::Event(Event::Boot(boot)),
+                ..
+            }) = decoded
+            else {
+                panic!("{decoded:?}");
+            };
+            assert_eq!((boot.wire_version, boot.capacity), (version, 8000));
         }
-        let Ok(Frame {
-            message: Message::Event(Event::Boot(boot)),
-            ..
-        }) = decoded
-        else {
-            panic!("{decoded:?}");
-        };
-        assert_eq!((boot.wire_version, boot.capacity), (1, 8000));
     }
 }
 
@@ -945,6 +952,7 @@ fn longest_messages() -> Vec<Message> {
         dropped_frames: u32::MAX,
         broken_frames: u32::MAX,
         lost_bytes: u32::MAX,
+        sent_frames: u32::MAX,
     };
     let inputs = [
         Input::Hello,
@@ -1234,7 +1242,7 @@ fn any_status() -> impl Strategy<Value = Status> {
             own_ticks,
         },
     );
-    let board = any::<(u64, [u32; 6])>().prop_map(|(uptime_ms, n)| BoardStatus {
+    let board = any::<(u64, [u32; 7])>().prop_map(|(uptime_ms, n)| BoardStatus {
         uptime_ms,
         step_cycles: n[0],
         step_cycles_max: n[1],
@@ -1242,6 +1250,7 @@ fn any_status() -> impl Strategy<Value = Status> {
         dropped_frames: n[3],
         broken_frames: n[4],
         lost_bytes: n[5],
+        sent_frames: n[6],
     });
     (node, board).prop_map(|(node, board)| Status { node, board })
 }

@@ -17,7 +17,7 @@ pub use message::{FAULTS_CHUNK, Message, Outgoing, SCENARIO_CHUNK, Truth};
 pub use terminal::{Importance, Terminal};
 
 /// Version of the messages; said in every boot event.
-pub const WIRE_VERSION: u8 = 2;
+pub const WIRE_VERSION: u8 = 3;
 
 /// Inputs that a board takes ahead of their answers.
 pub const WINDOW: u8 = 8;

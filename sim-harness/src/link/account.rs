@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::event::Event;
+use amiro_ipf::event::{BoardStatus, Event};
 use amiro_ipf::wire::{Frame, Message, Received};
 use serde::Serialize;
 
@@ -24,31 +24,45 @@ pub struct FrameTally {
     pub repeated: u64,
     /// Pieces of bytes that were no frame.
     pub broken: u64,
+    /// Statuses in which the board's own counts are not what its numbers say.
+    pub contradicted: u64,
 }
 
 /// Frames that are unaccounted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{} received, {} dropped and {} lost are not {sent} sent",
-    tally.received, tally.dropped, tally.lost
-)]
-pub struct Imbalance {
-    tally: FrameTally,
-    sent: u64,
+pub enum Imbalance {
+    /// The host's figures do not add up to the sender's.
+    #[error(
+        "{} received, {} dropped and {} lost are not {sent} sent",
+        tally.received, tally.dropped, tally.lost
+    )]
+    Sum {
+        /// The host's figures.
+        tally: FrameTally,
+        /// What the sender says.
+        sent: u64,
+    },
+    /// A board counts other frames than it numbers, or fewer than arrived.
+    #[error("in {0} statuses the board's counts are not what its frames' numbers say")]
+    Contradicted(u64),
 }
 
 impl FrameTally {
     /// The sum rule: received, dropped and lost together are what the sender says it
-    /// has sent. Of a sender that does not say, `self.sent` is what its numbers say.
+    /// has sent. Of a board that says so in its statuses only, `self.sent` is that: no
+    /// status contradicts it.
     ///
     /// # Errors
     /// [`Imbalance`] with the figures.
     pub fn balance(&self, sent: u64) -> Result<(), Imbalance> {
+        if self.contradicted > 0 {
+            return Err(Imbalance::Contradicted(self.contradicted));
+        }
         let found = self.received + self.dropped + self.lost;
         if found == sent && self.sent == sent {
             Ok(())
         } else {
-            Err(Imbalance { tally: *self, sent })
+            Err(Imbalance::Sum { tally: *self, sent })
         }
     }
 
@@ -60,6 +74,7 @@ impl FrameTally {
             lost: self.lost + other.lost,
             repeated: self.repeated + other.repeated,
             broken: self.broken + other.broken,
+            contradicted: self.contradicted + other.contradicted,
         }
     }
 }
@@ -77,19 +92,22 @@ impl fmt::Display for FrameTally {
         if self.repeated > 0 {
             write!(f, "; {} came again", self.repeated)?;
         }
+        if self.contradicted > 0 {
+            write!(f, "; {}", Imbalance::Contradicted(self.contradicted))?;
+        }
         Ok(())
     }
 }
 
 /// Follows a sender's numbers and tells what became of its frames.
 ///
-/// A board's status says how many frames it has dropped since its boot, and stands in
-/// the sequence itself: between two statuses the numbers used, the frames received and
-/// the frames dropped leave exactly those that were lost on the line. Frames that are
-/// missing before the first status count as lost, whoever dropped them.
+/// A board's status says how many frames it has sent and dropped since its boot, each
+/// counted where it happens, and stands in the sequence itself. Between two statuses the
+/// numbers used must be the frames sent and dropped, and the frames received leave
+/// exactly those that were lost on the line. Frames that are missing before the first
+/// status count as lost, whoever dropped them.
 ///
-/// Numbers are 16 bits wide. A gap is at least what they say; where a board says that
-/// it dropped more than that, they went round as often as it takes.
+/// Numbers are 16 bits wide: how often they went round, the board's counts tell.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
     boot_id: Option<u8>,
@@ -100,12 +118,21 @@ pub struct Account {
     /// Which of the last numbers came: bit i for `next - 1 - i`.
     came: u64,
     dropped: u64,
-    /// The board's counter at the last status, or at its boot.
-    last_dropped: Option<u32>,
+    /// Where the board's counts stood at its last status, or at its boot.
+    last: Option<Mark>,
     repeated: u64,
     broken: u64,
+    contradicted: u64,
     /// Other boots before this one.
     before: FrameTally,
+}
+
+/// What a board has counted in front of the frame with this number.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mark {
+    sent: u32,
+    dropped: u32,
+    number: u64,
 }
 
 impl Account {
@@ -121,7 +148,7 @@ impl Account {
     pub fn since_boot(boot_id: u8) -> Self {
         Self {
             boot_id: Some(boot_id),
-            last_dropped: Some(0),
+            last: Some(Mark::default()),
             ..Self::default()
         }
     }
@@ -169,29 +196,37 @@ impl Account {
             return;
         }
         let ahead = u64::from(frame.sequence.wrapping_sub(self.next as u16));
-        self.go_on(ahead + 1);
+        self.go_on(ahead);
+        if let Message::Event(Event::Status(status)) = &frame.message {
+            self.settle(&status.board);
+        }
+        self.go_on(1);
         self.came |= 1;
         self.received += 1;
-        if let Message::Event(Event::Status(status)) = &frame.message {
-            self.settle(status.board.dropped_frames);
-        }
     }
 
-    /// Takes the board's count of what it dropped up to its last frame.
-    fn settle(&mut self, dropped: u32) {
-        let more = self
-            .last_dropped
-            .map_or(0, |last| dropped.wrapping_sub(last));
-        self.last_dropped = Some(dropped);
-        self.dropped += u64::from(more);
-        let missing = self.next - self.begin - self.received;
-        let unexplained = self.dropped.saturating_sub(missing);
-        let rounds = unexplained.div_ceil(1 << 16);
-        if rounds > 0 {
-            self.next += rounds << 16;
-            // What came before lies further back now; only the last frame is near.
-            self.came = 1;
+    /// Takes the board's counts of what it did before the frame that comes next.
+    fn settle(&mut self, board: &BoardStatus) {
+        let mut mark = Mark {
+            sent: board.sent_frames,
+            dropped: board.dropped_frames,
+            number: self.next,
+        };
+        if let Some(last) = self.last {
+            let sent = u64::from(mark.sent.wrapping_sub(last.sent));
+            let dropped = u64::from(mark.dropped.wrapping_sub(last.dropped));
+            self.dropped += dropped;
+            let agrees = match (sent + dropped).checked_sub(self.next - last.number) {
+                Some(more) if more % (1 << 16) == 0 => {
+                    self.go_on(more);
+                    self.received + self.dropped <= self.next - self.begin
+                }
+                _ => false,
+            };
+            self.contradicted += u64::from(!agrees);
+            mark.number = self.next;
         }
+        self.last = Some(mark);
     }
 
     fn go_on(&mut self, numbers: u64) {
@@ -221,6 +256,7 @@ impl Account {
             lost,
             repeated: self.repeated,
             broken: self.broken,
+            contradicted: self.contradicted,
         })
     }
 }
@@ -246,8 +282,14 @@ mod tests {
         frame(3, number, Message::Input(Input::Hello))
     }
 
+    /// A status of a board that counts as it numbers.
     fn status(number: u64, dropped_frames: u32) -> Received {
+        status_with(number, number as u32 - dropped_frames, dropped_frames)
+    }
+
+    fn status_with(number: u64, sent_frames: u32, dropped_frames: u32) -> Received {
         let board = BoardStatus {
+            sent_frames,
             dropped_frames,
             ..BoardStatus::default()
         };
@@ -287,12 +329,33 @@ mod tests {
 
     #[test]
     fn what_the_board_dropped_was_not_lost_on_the_line() {
-        let stream = [status(10, 100), hello(11), hello(15), status(18, 104)];
+        let stream = [status(110, 100), hello(111), hello(115), status(118, 104)];
         assert_eq!(tally(stream), [9, 4, 4, 1, 0]);
     }
 
     #[test]
-    fn numbers_that_went_round_while_the_host_was_away_are_found_by_the_drops() {
+    fn a_board_that_counts_other_frames_than_it_numbers_is_named() {
+        let contradicted = |second: Received| {
+            let mut account = Account::since_boot(3);
+            for received in [hello(0), hello(1), status_with(2, 2, 0), second] {
+                account.take(&received);
+            }
+            let tally = account.tally();
+            assert_eq!(tally.balance(tally.sent).is_err(), tally.contradicted > 0);
+            tally.contradicted
+        };
+        assert_eq!(contradicted(status_with(6, 6, 0)), 0);
+        assert_eq!(contradicted(status_with(6, 4, 2)), 0);
+        // One too many and one too few sent, or dropped.
+        for (sent, dropped) in [(7, 0), (5, 0), (4, 3), (4, 1)] {
+            assert_eq!(contradicted(status_with(6, sent, dropped)), 1);
+        }
+        // Numbers agree, but a frame that is said to be dropped has come.
+        assert_eq!(contradicted(status_with(3, 2, 1)), 1);
+    }
+
+    #[test]
+    fn numbers_that_went_round_while_the_host_was_away_are_found_by_the_counts() {
         // 200 000 frames dropped: three times round and 3392 more.
         let stream = [status(10, 0), status(200_011, 200_000), hello(200_012)];
         assert_eq!(tally(stream), [200_003, 3, 200_000, 0, 0]);

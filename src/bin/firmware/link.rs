@@ -69,6 +69,7 @@ impl Queues {
         let inbox = Inbox { receiving };
         let outbox = Outbox {
             to_send,
+            sent: 0,
             dropped: 0,
         };
         (line, inbox, outbox)
@@ -163,6 +164,7 @@ impl Inbox {
 /// Frames to send, for `think`.
 pub(crate) struct Outbox {
     to_send: Producer<'static, Waiting>,
+    sent: u32,
     dropped: u32,
 }
 
@@ -177,9 +179,12 @@ impl Outbox {
         };
         let queued = self.room() > reserve
             && Waiting::of(frame).is_some_and(|frame| self.to_send.enqueue(frame).is_ok());
-        if !queued {
-            self.dropped = self.dropped.wrapping_add(1);
-        }
+        let counter = if queued {
+            &mut self.sent
+        } else {
+            &mut self.dropped
+        };
+        *counter = counter.wrapping_add(1);
         // A long step lives as long as it says something.
         ROLL.report(Task::Think);
         rtic::pend(Interrupt::USART2);
@@ -188,6 +193,11 @@ impl Outbox {
     /// Free places.
     pub(crate) fn room(&self) -> usize {
         SEND_QUEUE - 1 - self.to_send.len()
+    }
+
+    /// Frames queued since boot.
+    pub(crate) fn sent(&self) -> u32 {
+        self.sent
     }
 
     /// Frames dropped since boot.

@@ -144,6 +144,7 @@ impl Program {
         }
         board::live_on(self.status.uptime_ms, self.steps_seen);
         self.supervise();
+        self.status.sent_frames = self.outbox.sent();
         self.status.dropped_frames = self.outbox.dropped();
         self.status.broken_frames = self.terminal.broken_frames();
         self.status.lost_bytes = self.inbox.lost();
