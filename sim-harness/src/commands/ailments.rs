@@ -15,8 +15,8 @@ pub(super) fn ailments(health: &Health) -> String {
         .map(|(number, bus)| format!("I2C{number}: {:?}", bus.state));
     let can = match health.can.state {
         CanState::On => None,
-        // A board without a bus goes from one to the other once a second.
-        CanState::Absent | CanState::Joining => Some("CAN: nobody there".to_owned()),
+        // A board whose controller does not answer goes from one to the other once a second.
+        CanState::Absent | CanState::Joining => Some("CAN: Absent or Joining".to_owned()),
         CanState::BusOff => Some("CAN: BusOff".to_owned()),
     };
     let all: Vec<String> = sensors.chain(buses).chain(can).collect();

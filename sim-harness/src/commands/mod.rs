@@ -20,7 +20,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use sim_harness::link::LinkError;
+use sim_harness::link::{LinkError, RecordError};
 
 /// The laboratory of the inverse particle filter.
 #[derive(Debug, Parser)]
@@ -86,8 +86,16 @@ pub(crate) fn main() -> ExitCode {
         Err(error) => {
             eprintln!("ipf: {error}");
             // A board of another version is no mistake of the caller's.
-            let is_version = matches!(error.downcast_ref(), Some(LinkError::Version { .. }));
+            let is_version = matches!(link_error(&*error), Some(LinkError::Version { .. }));
             ExitCode::from(if is_version { 3 } else { 2 })
         }
+    }
+}
+
+/// What is wrong with the link, whoever found it.
+fn link_error<'a>(error: &'a (dyn Error + 'static)) -> Option<&'a LinkError> {
+    match error.downcast_ref() {
+        Some(RecordError::Link(error)) => Some(error),
+        _ => error.downcast_ref(),
     }
 }

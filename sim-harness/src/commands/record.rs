@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::event::{Event, Status};
-use amiro_ipf::supervision::PostMortem;
+use amiro_ipf::fault::Fault;
 use clap::Args;
-use sim_harness::link::{LinkError, News, QemuOptions, record};
+use sim_harness::link::{LinkError, News, QemuOptions, RecordError, record};
 
 use super::ailments::ailments;
 use super::settings::Settings;
@@ -44,6 +44,7 @@ impl Record {
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
         let mut steps = 0;
         let mut known = String::new();
+        let mut known_mode = None;
         let open = |part| {
             let path = self.part(part);
             let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
@@ -65,7 +66,17 @@ impl Record {
                         known = ailments;
                     }
                 }
-                News::Event(Event::PostMortem(record)) => eprintln!("\n{}", ended(record)),
+                News::Event(Event::Supervision(supervision)) => {
+                    let mode = target::unwell(supervision);
+                    if mode != known_mode {
+                        eprintln!(
+                            "\n{}",
+                            mode.as_deref().unwrap_or("the board's mode: Normal")
+                        );
+                        known_mode = mode;
+                    }
+                }
+                News::Event(Event::PostMortem(record)) => eprintln!("\n{}", target::ended(record)),
                 News::Event(_) | News::Away => {}
                 News::Vanished(error) => eprintln!("\n{error}; trying again"),
                 News::Back => eprintln!("the link is back"),
@@ -79,6 +90,9 @@ impl Record {
         });
         eprintln!();
         println!("{}", board.tally());
+        if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
+            target::print_unwell(&mut board);
+        }
         let parts = recorded?;
         let last = self.part(parts);
         let files = if parts == 1 {
@@ -104,20 +118,6 @@ impl Record {
     }
 }
 
-/// How a life ended, in a line.
-fn ended(record: &PostMortem) -> String {
-    let age_s = f64::from(record.uptime_ms) * 1e-3;
-    let place = if record.place.is_empty() {
-        format!("at {:#010x}", record.registers.pc)
-    } else {
-        format!("at {}:{}", record.place, record.line)
-    };
-    format!(
-        "the board had ended by itself after {age_s:.1} s: {:?} {place}, step {}",
-        record.cause, record.step
-    )
-}
-
 /// One line that overwrites itself.
 fn say(status: &Status) {
     let (node, board) = (&status.node, &status.board);
@@ -130,7 +130,7 @@ fn say(status: &Status) {
     });
     let fault = node
         .last_fault
-        .map_or(String::new(), |fault| format!(", last fault: {fault}"));
+        .map_or(String::new(), |fault| format!(", last fault: {fault:?}"));
     eprint!(
         "\r\x1b[K{:.1} s, {} steps, {obstacle}{fault}",
         board.uptime_ms as f64 * 1e-3,

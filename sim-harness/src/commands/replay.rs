@@ -384,7 +384,7 @@ fn as_replayed(config: Config) -> Config {
 
 fn warn_of_refused_inputs(outcome: &RunOutcome) {
     for (fault, count) in outcome.faults() {
-        eprintln!("{count} inputs refused: {fault}");
+        eprintln!("{count} inputs refused: {fault:?}, {fault}");
     }
 }
 

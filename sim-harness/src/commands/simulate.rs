@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use amiro_ipf::health::Health;
+use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
 use clap::Args;
 use sim_harness::faults::{Faults, SimulatedDrive};
@@ -127,14 +127,28 @@ impl Simulate {
             println!("faults: {}, seed {}", self.fault, self.seed_of_faults);
         }
         print_untrusted(&healths);
+        if let Some((_, last)) = healths.last() {
+            print_counters(last);
+        }
         Ok(Ending::Good)
     }
 }
 
-/// Says how the senses saw sensors that they did not trust, and when that began and ended.
+/// Says how the senses saw sensors that they did not trust and buses that did not work,
+/// and when that began and ended.
 fn print_untrusted(healths: &[(u64, Health)]) {
     let mut known = [None; SENSORS];
+    let mut known_buses = [BusState::Working; 2];
     for (at_us, health) in healths {
+        for (number, (known, now)) in (1..).zip(known_buses.iter_mut().zip(&health.buses)) {
+            if std::mem::replace(known, now.state) != now.state {
+                println!(
+                    "{:6.2} s: bus{number} {:?}",
+                    *at_us as f64 * 1e-6,
+                    now.state
+                );
+            }
+        }
         for (sensor, (known, now)) in known.iter_mut().zip(&health.sensors).enumerate() {
             let is_news = *known != Some(now.state)
                 && (known.is_some_and(|before| !before.is_trusted()) || !now.state.is_trusted());
@@ -143,5 +157,28 @@ fn print_untrusted(healths: &[(u64, Health)]) {
             }
             *known = Some(now.state);
         }
+    }
+}
+
+/// The counters that are not zero at the end.
+fn print_counters(health: &Health) {
+    let sensors = (0..).zip(&health.sensors).map(|(sensor, health)| {
+        let name = format!("s{sensor} failed");
+        (name, u32::from(health.failed))
+    });
+    let buses = (1..).zip(&health.buses).flat_map(|(number, bus)| {
+        let failed = (format!("bus{number} failed"), u32::from(bus.failed));
+        let freed = (format!("bus{number} recoveries"), u32::from(bus.recoveries));
+        [failed, freed]
+    });
+    let ignored = ("can ignored".to_owned(), u32::from(health.can.ignored));
+    let counters: Vec<String> = sensors
+        .chain(buses)
+        .chain([ignored])
+        .filter(|(_, count)| *count > 0)
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    if !counters.is_empty() {
+        println!("at the end: {}", counters.join(", "));
     }
 }

@@ -2,8 +2,14 @@
 
 use std::error::Error;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
+use amiro_ipf::event::Event;
+use amiro_ipf::supervision::{ImageCheck, Mode, PostMortem, Supervision};
 use sim_harness::link::{Board, Image, Layout, QemuOptions, build_image};
+
+/// How long to wait for what a board says of itself once a second.
+const SAID_WITHIN: Duration = Duration::from_secs(2);
 
 /// Reaches the board that the command line names: `qemu`, or a serial port.
 ///
@@ -24,12 +30,53 @@ pub(super) fn reach(
     Ok(Board::in_qemu(&image, options)?)
 }
 
-/// Greets a board and prints how it introduced itself.
+/// Greets a board and prints how it introduced itself, and how its last life ended.
 pub(super) fn greet(board: &mut Board) -> Result<(), Box<dyn Error>> {
     let boot = board.greet()?;
     println!(
         "board up: build {:016x}, capacity {}, clock {:?}, {} baud",
         boot.build_id, boot.capacity, boot.clock, boot.baud
     );
+    if let Some(record) = board.post_mortem() {
+        eprintln!("{}", ended(record));
+    }
     Ok(())
+}
+
+/// How a life ended, in a line.
+pub(super) fn ended(record: &PostMortem) -> String {
+    let age_s = f64::from(record.uptime_ms) * 1e-3;
+    let place = if record.place.is_empty() {
+        format!("at {:#010x}", record.registers.pc)
+    } else {
+        format!("at {}:{}", record.place, record.line)
+    };
+    format!(
+        "the board had ended by itself after {age_s:.1} s: {:?} {place}, step {}",
+        record.cause, record.step
+    )
+}
+
+/// How the image is, in a line; `None` where it does all it can.
+pub(super) fn unwell(supervision: &Supervision) -> Option<String> {
+    let Supervision {
+        mode, reset, image, ..
+    } = supervision;
+    let is_well = *mode == Mode::Normal && *image != ImageCheck::Damaged;
+    (!is_well).then(|| format!("the board's mode: {mode:?} (image {image:?}, reset {reset:?})"))
+}
+
+/// Waits for a board to say how its image is, and prints it if it is not well.
+pub(super) fn print_unwell(board: &mut Board) {
+    let deadline = Instant::now() + SAID_WITHIN;
+    while Instant::now() < deadline
+        && let Ok(event) = board.next_event()
+    {
+        if let Event::Supervision(supervision) = event {
+            unwell(&supervision)
+                .iter()
+                .for_each(|line| eprintln!("{line}"));
+            return;
+        }
+    }
 }

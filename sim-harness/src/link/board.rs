@@ -8,6 +8,7 @@ use std::{fmt, thread};
 use amiro_ipf::event::{Boot, Event, OffsetReport};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
+use amiro_ipf::supervision::PostMortem;
 use amiro_ipf::wire::{
     Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
 };
@@ -81,7 +82,9 @@ impl fmt::Display for LinkError {
                 "input {input} was not answered within {} s",
                 ANSWER_DEADLINE.as_secs()
             ),
-            Self::Refused(fault) => write!(f, "the board refused what it was told: {fault}"),
+            Self::Refused(fault) => {
+                write!(f, "the board refused what it was told: {fault:?}, {fault}")
+            }
             Self::Silent => f.write_str("the board fell silent"),
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
@@ -150,6 +153,7 @@ pub struct Board {
     boot: Option<Boot>,
     boot_id: Option<u8>,
     offsets: Option<OffsetReport>,
+    post_mortem: Option<PostMortem>,
     account: Account,
     junk: JunkWatch,
     /// Bytes since the last piece ended.
@@ -194,6 +198,7 @@ impl Board {
             boot: None,
             boot_id: None,
             offsets: None,
+            post_mortem: None,
             account: Account::new(),
             junk: JunkWatch::default(),
             piece_bytes: 0,
@@ -282,6 +287,7 @@ impl Board {
                         self.boot = Some(boot);
                         self.boot_id = Some(frame.boot_id);
                         self.offsets = None;
+                        self.post_mortem = None;
                         if boot.wire_version != WIRE_VERSION {
                             return Err(LinkError::Version {
                                 board: boot.wire_version,
@@ -289,6 +295,9 @@ impl Board {
                         }
                     }
                     Message::Event(Event::Offsets(offsets)) => self.offsets = Some(*offsets),
+                    Message::Event(Event::PostMortem(record)) => {
+                        self.post_mortem = Some(record.clone());
+                    }
                     // The answer to the greeting: everything before it is behind us.
                     Message::Event(Event::Answer { input, .. })
                         if *input == self.encoder.sequence().wrapping_sub(1) =>
@@ -322,6 +331,12 @@ impl Board {
     #[must_use]
     pub fn offsets(&self) -> Option<&OffsetReport> {
         self.offsets.as_ref()
+    }
+
+    /// How the life before that of the greeting ended, if it ended by itself.
+    #[must_use]
+    pub fn post_mortem(&self) -> Option<&PostMortem> {
+        self.post_mortem.as_ref()
     }
 
     /// Frames of the board that were lost on the line since the greeting.

@@ -107,6 +107,11 @@ pub fn record<W: Write>(
             }
             Err(error) => return Err(error.into()),
         }
+        // It is said while the board is greeted, before there is anything to record.
+        let said = board.post_mortem().cloned().map(Event::PostMortem);
+        if said.is_some_and(|event| !wanted(News::Event(&event))) {
+            return Ok(part - 1);
+        }
     }
 }
 
