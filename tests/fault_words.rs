@@ -1,150 +1,224 @@
 //! The page of faults, held against the code: every word is explained, every number has
 //! its test.
+//!
+//! The stream's words are found by following its types, so that a new variant or counter
+//! is noticed; a message of the host's is found by a match that a new one does not pass.
 
 mod common;
+#[path = "common/shape.rs"]
+mod shape;
 
 use std::collections::BTreeSet;
+use std::io::Error;
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, SensorFault, SensorState};
+use amiro_ipf::driver::OffsetRefusal;
+use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
-use amiro_ipf::health::BusState;
-use amiro_ipf::seed::SeedSource;
-use amiro_ipf::supervision::{Cause, ImageCheck, Mode};
+use amiro_ipf::wire::FrameError;
+use sim_harness::link::LinkError;
+use sim_harness::log::Reason;
+
+use shape::Shape;
 
 const PAGE: &str = include_str!("../docs/faults.md");
 
-/// The variant's name, without its fields.
-fn name(word: &impl std::fmt::Debug) -> String {
-    let name = format!("{word:?}");
-    name.split(['(', ' ']).next().unwrap().to_owned()
+/// Enums of the stream whose variants say what a run is or finds, and nothing of how
+/// anything is. Of the events themselves those that are faults are named below.
+const NO_FAULT_WORDS: [&str; 7] = [
+    "Event",
+    "Sample",
+    "StepRule",
+    "Survival",
+    "NothingDraw",
+    "Choice",
+    "Source",
+];
+
+/// The same of structs.
+const NO_FAULT_FIELDS: [&str; 13] = [
+    "Boot",
+    "Config",
+    "DifferentialDrive",
+    "Parameters",
+    "Photometry",
+    "Point",
+    "Pose",
+    "Ring",
+    "StepBegun",
+    "StepDone",
+    "Particles",
+    "Obstacle",
+    "Offsets",
+];
+
+/// Panics with those that the page does not hold as `code`.
+fn assert_explained(words: impl IntoIterator<Item = String>) {
+    let lacking: Vec<String> = words
+        .into_iter()
+        .filter(|word| !PAGE.contains(&format!("`{word}`")))
+        .collect();
+    assert!(lacking.is_empty(), "the page lacks {lacking:#?}");
 }
 
 #[test]
 fn every_word_of_the_stream_is_explained() {
-    let mut words: Vec<String> = Fault::ALL.iter().map(name).collect();
-    words.extend(
-        [
-            SensorState::Missing,
-            SensorState::NoData,
-            SensorState::TooClose,
-            SensorState::Nothing,
-            SensorState::Good,
-            SensorState::Stale,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            SensorFault::WrongIdentity,
-            SensorFault::Garbage,
-            SensorFault::Dazzled,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            OffsetRefusal::NotDelivering,
-            OffsetRefusal::Unsteady(0),
-            OffsetRefusal::OutOfRange(0),
-            OffsetRefusal::AboveRing(0),
-            OffsetRefusal::AboveStored(0),
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            OffsetOrigin::Defaults,
-            OffsetOrigin::Stored,
-            OffsetOrigin::Measured,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            BusState::Silent,
-            BusState::Working,
-            BusState::Failing,
-            BusState::HeldLow,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            CanState::Absent,
-            CanState::Joining,
-            CanState::On,
-            CanState::BusOff,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            Mode::Normal,
-            Mode::SafeAfterDeaths,
-            Mode::SafeForImage,
-            Mode::ShuttingDown,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend(
-        [
-            Cause::Panic,
-            Cause::Fault,
-            Cause::StackOverflow,
-            Cause::Watchdog,
-            Cause::Clock,
-        ]
-        .iter()
-        .map(name),
-    );
-    words.extend([ImageCheck::Unmarked, ImageCheck::Damaged].iter().map(name));
-    words.extend(
-        [SeedSource::RandomUnit, SeedSource::UniqueNumber]
-            .iter()
-            .map(name),
-    );
-    for counter in [
-        "sent_frames",
-        "dropped_frames",
-        "broken_frames",
-        "lost_bytes",
-        "overruns",
-        "recoveries",
-        "ignored",
-        "unsent",
-        "BrokeOff",
-        "Limit",
+    let shape = Shape::of::<Event>();
+    shape.print();
+    let variants = shape.variants_but(&NO_FAULT_WORDS);
+    for known in [
+        "StackOverflow",
+        "Dazzled",
+        "AboveRing",
+        "SafeMode",
+        "HeldLow",
     ] {
-        words.push(counter.to_owned());
+        assert!(variants.contains(&known), "{known} was not found");
     }
-    let lacking: Vec<_> = words
-        .iter()
-        .filter(|word| !PAGE.contains(&format!("`{word}`")))
-        .collect();
-    assert!(lacking.is_empty(), "the page lacks {lacking:?}");
+    let fields = shape.fields_but(&NO_FAULT_FIELDS);
+    for known in ["broken_frames", "recoveries", "hfsr", "stack_unused"] {
+        assert!(fields.contains(&known), "{known} was not found");
+    }
+    let others = ["BrokeOff", "Limit", "degenerate"];
+    let all = variants.into_iter().chain(fields).chain(others);
+    assert_explained(all.map(str::to_owned));
 }
 
-/// The fault numbers that begin the names of tests, in lower case.
+#[test]
+fn every_sentence_about_a_refused_input_or_offset_is_on_the_page() {
+    let of_inputs = Fault::ALL.map(|fault| fault.to_string());
+    let lacking: Vec<_> = of_inputs.iter().filter(|it| !PAGE.contains(*it)).collect();
+    assert!(lacking.is_empty(), "the page lacks {lacking:#?}");
+    let refusals = [
+        OffsetRefusal::NotDelivering,
+        OffsetRefusal::Unsteady(57),
+        OffsetRefusal::OutOfRange(1203),
+        OffsetRefusal::AboveRing(145),
+        OffsetRefusal::AboveStored(62),
+    ];
+    for refusal in &refusals {
+        match refusal {
+            OffsetRefusal::NotDelivering
+            | OffsetRefusal::Unsteady(_)
+            | OffsetRefusal::OutOfRange(_)
+            | OffsetRefusal::AboveRing(_)
+            | OffsetRefusal::AboveStored(_) => {}
+        }
+    }
+    assert_explained(refusals.map(|refusal| refusal.to_string()));
+}
+
+#[test]
+fn every_message_about_a_board_is_explained() {
+    let all = [
+        LinkError::Start("/dev/ttyUSB0: No such file or directory".to_owned()),
+        LinkError::Junk,
+        LinkError::Write(Error::other("Input/output error")),
+        LinkError::Gone,
+        LinkError::NoBoot,
+        LinkError::Version { board: 1 },
+        LinkError::NoAnswer { input: 12 },
+        LinkError::Silent,
+        LinkError::Refused(Fault::SafeMode),
+        LinkError::Restarted { input: 12 },
+    ];
+    for error in &all {
+        match error {
+            LinkError::Start(_)
+            | LinkError::Junk
+            | LinkError::Write(_)
+            | LinkError::Gone
+            | LinkError::NoBoot
+            | LinkError::Version { .. }
+            | LinkError::NoAnswer { .. }
+            | LinkError::Silent
+            | LinkError::Refused(_)
+            | LinkError::Restarted { .. } => {}
+        }
+    }
+    assert_explained(all.iter().map(ToString::to_string));
+}
+
+#[test]
+fn every_reason_why_a_piece_of_a_recording_is_left_out_is_explained() {
+    let all = [
+        Reason::EmptyLine,
+        Reason::LongLine,
+        Reason::ZeroByte,
+        Reason::NotUtf8,
+        Reason::Cut,
+        Reason::FieldCount,
+        Reason::NotAnInteger,
+        Reason::OutOfRange,
+        Reason::Repeated,
+        Reason::Broken(FrameError::TooLong),
+        Reason::Broken(FrameError::TooShort),
+        Reason::Broken(FrameError::NotCobs),
+        Reason::Broken(FrameError::BadChecksum),
+        Reason::Broken(FrameError::NotAMessage),
+        Reason::Lost,
+        Reason::StartedOver,
+        Reason::Backward,
+        Reason::NotFinite,
+        Reason::BadConfiguration,
+        Reason::Forgotten,
+        Reason::SecondRun,
+        Reason::BadScenario,
+        Reason::BadFaults,
+        Reason::Full,
+    ];
+    for reason in all {
+        match reason {
+            Reason::Broken(
+                FrameError::TooLong
+                | FrameError::TooShort
+                | FrameError::NotCobs
+                | FrameError::BadChecksum
+                | FrameError::NotAMessage,
+            )
+            | Reason::EmptyLine
+            | Reason::LongLine
+            | Reason::ZeroByte
+            | Reason::NotUtf8
+            | Reason::Cut
+            | Reason::FieldCount
+            | Reason::NotAnInteger
+            | Reason::OutOfRange
+            | Reason::Repeated
+            | Reason::Lost
+            | Reason::StartedOver
+            | Reason::Backward
+            | Reason::NotFinite
+            | Reason::BadConfiguration
+            | Reason::Forgotten
+            | Reason::SecondRun
+            | Reason::BadScenario
+            | Reason::BadFaults
+            | Reason::Full => {}
+        }
+    }
+    assert_explained(all.iter().map(ToString::to_string));
+}
+
+/// The fault numbers that the names of tests begin with, in capitals.
 fn numbers_of_tests() -> BTreeSet<String> {
     let mut numbers = BTreeSet::new();
-    for place in ["src", "tests", "sim-harness/src"] {
+    for place in ["src", "tests", "sim-harness/src", "sim-harness/tests"] {
         for (_, text) in common::rust_files(place) {
-            let after_test = text.split("fn f").skip(1);
-            numbers.extend(after_test.filter_map(|rest| {
-                let (number, _) = rest.split_once('_')?;
-                let is_number = number.len() == 2
-                    && number.starts_with(|first: char| first.is_ascii_digit())
-                    && number.chars().all(|digit| digit.is_ascii_hexdigit());
-                is_number.then(|| format!("F{}", number.to_ascii_uppercase()))
-            }));
+            for name in text.split("fn ").skip(1) {
+                // One test may show several: f02_f03_f06_...
+                for word in name.split('_') {
+                    let Some(number) = word.strip_prefix('f') else {
+                        break;
+                    };
+                    let is_number = number.len() == 2
+                        && number.starts_with(|first: char| first.is_ascii_digit())
+                        && number.chars().all(|digit| digit.is_ascii_hexdigit());
+                    if !is_number {
+                        break;
+                    }
+                    numbers.insert(format!("F{}", number.to_ascii_uppercase()));
+                }
+            }
         }
     }
     numbers
@@ -159,7 +233,7 @@ fn every_number_of_the_page_has_a_test_or_says_why_not() {
     for row in rows {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let (number, shown) = (cells[1], cells[4]);
-        listed.insert(number.to_owned());
+        assert!(listed.insert(number.to_owned()), "{number} is there twice");
         // The one is a wiring that no bus can tell, the other a program that links.
         let is_elsewhere = shown == "bench" || number == "F5B";
         assert!(
@@ -167,11 +241,19 @@ fn every_number_of_the_page_has_a_test_or_says_why_not() {
             "{number} has no test"
         );
     }
-    // Recordings and files have pages of their own.
-    let unlisted: Vec<_> = tested
-        .iter()
-        .filter(|number| !number.starts_with("F8") && !listed.contains(*number))
-        .collect();
+    let unlisted: Vec<_> = tested.difference(&listed).collect();
     assert!(unlisted.is_empty(), "the page lacks {unlisted:?}");
     assert!(listed.len() > 55, "{} rows", listed.len());
+}
+
+#[test]
+fn every_word_that_the_index_names_is_explained_above_it() {
+    let (above, index) = PAGE.split_once("## By number").unwrap();
+    let named: BTreeSet<&str> = index.split('`').skip(1).step_by(2).collect();
+    let lacking: Vec<_> = named
+        .iter()
+        .filter(|word| !word.starts_with("cargo "))
+        .filter(|word| !above.contains(&format!("`{word}`")))
+        .collect();
+    assert!(lacking.is_empty(), "not explained: {lacking:?}");
 }

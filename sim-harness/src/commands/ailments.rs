@@ -1,6 +1,7 @@
 //! What is wrong with a robot, in a line.
 
 use amiro_ipf::can::CanState;
+use amiro_ipf::event::Status;
 use amiro_ipf::health::{BusState, Health};
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
@@ -21,6 +22,57 @@ pub(super) fn ailments(health: &Health) -> String {
     };
     let all: Vec<String> = sensors.chain(buses).chain(can).collect();
     all.join(", ")
+}
+
+/// The counters of a health that are not zero, by name.
+pub(super) fn counters(health: &Health) -> Vec<(String, u32)> {
+    let sensors = (0..).zip(&health.sensors).map(|(sensor, health)| {
+        let name = format!("s{sensor} failed");
+        (name, u32::from(health.failed))
+    });
+    let buses = (1..).zip(&health.buses).flat_map(|(number, bus)| {
+        let named = |what, count| (format!("bus{number} {what}"), u32::from(count));
+        [
+            named("failed", bus.failed),
+            named("recoveries", bus.recoveries),
+        ]
+    });
+    let can = [
+        ("ignored", health.can.ignored),
+        ("overruns", health.can.overruns),
+        ("bus_offs", health.can.bus_offs),
+        ("unsent", health.can.unsent),
+    ];
+    let can = can
+        .into_iter()
+        .map(|(name, count)| (format!("can {name}"), u32::from(count)));
+    let all = sensors.chain(buses).chain(can);
+    all.filter(|(_, count)| *count > 0).collect()
+}
+
+/// The counters of a status that are not zero and should be, by name.
+pub(super) fn status_counters(status: &Status) -> Vec<(String, u32)> {
+    let (node, board) = (&status.node, &status.board);
+    let all = [
+        ("refused", node.refused),
+        ("overruns", board.overruns),
+        ("dropped_frames", board.dropped_frames),
+        ("broken_frames", board.broken_frames),
+        ("lost_bytes", board.lost_bytes),
+    ];
+    let named = all.map(|(name, count)| (name.to_owned(), count));
+    named.into_iter().filter(|(_, count)| *count > 0).collect()
+}
+
+/// Prints counters in a line; none if there are none.
+pub(super) fn report_counters(counters: &[(String, u32)]) {
+    let all: Vec<String> = counters
+        .iter()
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    if !all.is_empty() {
+        println!("at the end: {}", all.join(", "));
+    }
 }
 
 #[cfg(test)]

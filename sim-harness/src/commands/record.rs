@@ -7,10 +7,12 @@ use std::time::{Duration, Instant};
 
 use amiro_ipf::event::{Event, Status};
 use amiro_ipf::fault::Fault;
+use amiro_ipf::health::Health;
+use amiro_ipf::sensor::SensorMask;
 use clap::Args;
 use sim_harness::link::{LinkError, News, QemuOptions, RecordError, record};
 
-use super::ailments::ailments;
+use super::ailments::{ailments, counters, report_counters, status_counters};
 use super::settings::Settings;
 use super::{Ending, Outcome, target};
 
@@ -43,8 +45,10 @@ impl Record {
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
         let mut steps = 0;
-        let mut known = String::new();
+        let mut known = None;
         let mut known_mode = None;
+        let mut last_status = Status::default();
+        let mut last_health = Health::default();
         let open = |part| {
             let path = self.part(part);
             let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
@@ -53,17 +57,24 @@ impl Record {
         let recorded = record(&mut board, &config, open, |news| {
             match news {
                 News::Event(Event::StepDone(_)) => steps += 1,
-                News::Event(Event::Status(status)) => say(status),
+                News::Event(Event::Status(status)) => {
+                    say(status);
+                    last_status = *status;
+                }
                 News::Event(Event::Health(health)) => {
+                    last_health = *health;
                     let ailments = ailments(health);
-                    if ailments != known {
+                    if known.is_none() {
+                        eprintln!("\nseed {:?}, offsets {:?}", health.seed, health.offsets);
+                    }
+                    if known.as_ref() != Some(&ailments) {
                         let said = if ailments.is_empty() {
                             "all is well"
                         } else {
                             &ailments
                         };
                         eprintln!("\n{said}");
-                        known = ailments;
+                        known = Some(ailments);
                     }
                 }
                 News::Event(Event::Supervision(supervision)) => {
@@ -90,6 +101,11 @@ impl Record {
         });
         eprintln!();
         println!("{}", board.tally());
+        report_counters(&[status_counters(&last_status), counters(&last_health)].concat());
+        let cycles = last_status.board.step_cycles_max;
+        if cycles > 0 {
+            println!("longest step: step_cycles_max {cycles}");
+        }
         if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
             target::print_unwell(&mut board);
         }
@@ -131,8 +147,12 @@ fn say(status: &Status) {
     let fault = node
         .last_fault
         .map_or(String::new(), |fault| format!(", last fault: {fault:?}"));
+    let without: String = SensorMask(node.without)
+        .iter()
+        .map(|sensor| format!(", without sensor {sensor}"))
+        .collect();
     eprint!(
-        "\r\x1b[K{:.1} s, {} steps, {obstacle}{fault}",
+        "\r\x1b[K{:.1} s, {} steps, {obstacle}{without}{fault}",
         board.uptime_ms as f64 * 1e-3,
         node.steps
     );

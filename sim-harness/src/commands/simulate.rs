@@ -10,6 +10,7 @@ use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::output;
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
 
+use super::ailments::{counters, report_counters};
 use super::{Ending, Outcome};
 
 /// Arguments of `simulate`.
@@ -128,7 +129,7 @@ impl Simulate {
         }
         print_untrusted(&healths);
         if let Some((_, last)) = healths.last() {
-            print_counters(last);
+            report_counters(&counters(last));
         }
         Ok(Ending::Good)
     }
@@ -157,28 +158,5 @@ fn print_untrusted(healths: &[(u64, Health)]) {
             }
             *known = Some(now.state);
         }
-    }
-}
-
-/// The counters that are not zero at the end.
-fn print_counters(health: &Health) {
-    let sensors = (0..).zip(&health.sensors).map(|(sensor, health)| {
-        let name = format!("s{sensor} failed");
-        (name, u32::from(health.failed))
-    });
-    let buses = (1..).zip(&health.buses).flat_map(|(number, bus)| {
-        let failed = (format!("bus{number} failed"), u32::from(bus.failed));
-        let freed = (format!("bus{number} recoveries"), u32::from(bus.recoveries));
-        [failed, freed]
-    });
-    let ignored = ("can ignored".to_owned(), u32::from(health.can.ignored));
-    let counters: Vec<String> = sensors
-        .chain(buses)
-        .chain([ignored])
-        .filter(|(_, count)| *count > 0)
-        .map(|(name, count)| format!("{name} {count}"))
-        .collect();
-    if !counters.is_empty() {
-        println!("at the end: {}", counters.join(", "));
     }
 }

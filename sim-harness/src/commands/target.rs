@@ -34,8 +34,8 @@ pub(super) fn reach(
 pub(super) fn greet(board: &mut Board) -> Result<(), Box<dyn Error>> {
     let boot = board.greet()?;
     println!(
-        "board up: build {:016x}, capacity {}, clock {:?}, {} baud",
-        boot.build_id, boot.capacity, boot.clock, boot.baud
+        "board up: build {:016x}, capacity {}, clock {:?} at {} Hz, {} baud",
+        boot.build_id, boot.capacity, boot.clock, boot.core_hz, boot.baud
     );
     if let Some(record) = board.post_mortem() {
         eprintln!("{}", ended(record));

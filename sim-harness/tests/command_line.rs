@@ -1,0 +1,308 @@
+//! The program itself: what it prints and how it ends, with boards that play a part at
+//! the other end of a pseudo terminal.
+
+#![cfg(unix)]
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::thread;
+use std::time::Duration;
+
+use amiro_ipf::event::{Boot, ClockSource, Event, Status};
+use amiro_ipf::fault::Fault;
+use amiro_ipf::input::Input;
+use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
+use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received, WIRE_VERSION};
+use serialport::{SerialPort, TTYPort};
+
+/// What a board says under a boot id, and why it refuses the input that it has heard.
+#[derive(Default)]
+struct Said {
+    boot_id: u8,
+    events: Vec<Event>,
+    refused: Option<Fault>,
+}
+
+/// Puts a board on a pseudo terminal; its port's name.
+///
+/// `play` is told each input that is heard, and `None` when there was none for 10 ms.
+fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String {
+    let (mut master, slave) = TTYPort::pair().unwrap();
+    master.set_timeout(Duration::from_millis(10)).unwrap();
+    let name = slave.name().unwrap();
+    thread::spawn(move || {
+        // The other end stays open, whoever comes and goes.
+        let _slave = slave;
+        let mut decoder = Decoder::new();
+        let mut encoder = Encoder::new(0);
+        let mut boot_id = 0;
+        let mut heard = [0; 256];
+        loop {
+            let count = master.read(&mut heard).unwrap_or(0);
+            let inputs: Vec<(u16, Input)> = heard[..count]
+                .iter()
+                .filter_map(|byte| match decoder.push(*byte)? {
+                    Received::Frame { frame, .. } => match frame.message {
+                        Message::Input(input) => Some((frame.sequence, input)),
+                        _ => None,
+                    },
+                    Received::Broken(_) => None,
+                })
+                .collect();
+            let turns = inputs.iter().map(Some).chain((count == 0).then_some(None));
+            for turn in turns {
+                let mut said = play(turn.map(|(_, input)| input));
+                if said.boot_id != boot_id {
+                    (boot_id, encoder) = (said.boot_id, Encoder::new(said.boot_id));
+                }
+                if let Some(&(input, _)) = turn {
+                    let refused = said.refused;
+                    said.events.push(Event::Answer { input, refused });
+                }
+                for event in &said.events {
+                    // Nobody may listen.
+                    let _ = master.write_all(encoder.encode(Outgoing::Event(event)));
+                }
+            }
+        }
+    });
+    name
+}
+
+fn boot(wire_version: u8) -> Event {
+    Event::Boot(Boot {
+        wire_version,
+        build_id: 7,
+        capacity: 8000,
+        window: 8,
+        baud: 2_000_000,
+        clock: ClockSource::CrystalPll,
+        core_hz: 168_000_000,
+    })
+}
+
+fn ipf(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+/// Both of what was printed.
+fn printed(output: &Output) -> String {
+    let both = [output.stdout.as_slice(), &output.stderr].concat();
+    String::from_utf8(both).unwrap()
+}
+
+/// A folder for what a command writes; removed when dropped.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("ipf-{name}-{}.d", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn file(&self, name: &str) -> String {
+        self.0.join(name).to_str().unwrap().to_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn scenario() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/ssso.toml");
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn f69_a_board_of_another_version_ends_each_command_that_greets_it_with_3() {
+    let folder = Folder::new("version");
+    let port = plug(|input| Said {
+        events: input.map(|_| boot(77)).into_iter().collect(),
+        ..Said::default()
+    });
+    let drive = folder.file("drive.ipf");
+    let simulated = ipf(&["simulate", &scenario(), "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    let recording = folder.file("recording.ipf");
+    let commands: [&[&str]; 3] = [
+        &["offsets", "--on", &port],
+        &["record", "--on", &port, "--out", &recording],
+        &[
+            "replay",
+            &drive,
+            "--on",
+            &port,
+            "--out",
+            &folder.file("out"),
+        ],
+    ];
+    for command in commands {
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(3), "{command:?}: {shown}");
+        let both = format!("the board speaks protocol version 77, this host {WIRE_VERSION}");
+        assert!(shown.contains(&both), "{command:?}: {shown}");
+    }
+    assert!(
+        !Path::new(&recording).exists(),
+        "nothing was to be recorded"
+    );
+}
+
+#[test]
+fn f69_another_version_after_a_reset_in_mid_recording_ends_with_3_too() {
+    let folder = Folder::new("version-later");
+    let mut is_configured = false;
+    let port = plug(move |input| {
+        let boot_id = if is_configured { 2 } else { 1 };
+        let events = match input {
+            Some(Input::Hello) => vec![boot(if is_configured { 77 } else { WIRE_VERSION })],
+            Some(Input::Configure(config)) => {
+                is_configured = true;
+                vec![Event::Configured(*config)]
+            }
+            _ => vec![Event::Status(Status::default())],
+        };
+        let refused = None;
+        Said {
+            boot_id,
+            events,
+            refused,
+        }
+    });
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(3), "{shown}");
+    assert!(shown.contains("the board started anew"), "{shown}");
+    assert!(shown.contains("protocol version 77"), "{shown}");
+}
+
+#[test]
+fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_safe() {
+    let folder = Folder::new("safe");
+    let port = plug(|input| {
+        let (events, refused) = match input {
+            Some(Input::Hello) => {
+                let died = PostMortem::new(Cause::Panic, 263, 12_375).at("src/node.rs", 77);
+                (vec![boot(WIRE_VERSION), Event::PostMortem(died)], None)
+            }
+            Some(_) => (Vec::new(), Some(Fault::SafeMode)),
+            None => {
+                let how = Supervision {
+                    mode: Mode::SafeForImage,
+                    image: ImageCheck::Damaged,
+                    ..Supervision::default()
+                };
+                (vec![Event::Supervision(how)], None)
+            }
+        };
+        Said {
+            boot_id: 1,
+            events,
+            refused,
+        }
+    });
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    for words in [
+        "had ended by itself after 12.4 s: Panic at src/node.rs:77, step 263",
+        "the board's mode: SafeForImage (image Damaged, reset Unknown)",
+        "refused what it was told: SafeMode, the board is in its safe mode",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+}
+
+#[test]
+fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_second_part() {
+    let folder = Folder::new("died");
+    let mut lives = 0;
+    let port = plug(move |input| {
+        let events = match input {
+            Some(Input::Hello) if lives > 0 => {
+                let died = PostMortem::new(Cause::Watchdog, 5, 1_000);
+                vec![boot(WIRE_VERSION), Event::PostMortem(died)]
+            }
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => {
+                lives += 1;
+                vec![Event::Configured(*config)]
+            }
+            _ => vec![Event::Status(Status::default())],
+        };
+        // Dies once, after its first configuration.
+        let boot_id = if lives > 0 && !matches!(input, Some(Input::Configure(_))) {
+            2
+        } else {
+            lives.max(1)
+        };
+        let refused = None;
+        Said {
+            boot_id,
+            events,
+            refused,
+        }
+    });
+    let out = folder.file("drive.ipf");
+    let output = ipf(&["record", "--on", &port, "--seconds", "3", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(shown.contains("Watchdog at 0x00000000, step 5"), "{shown}");
+    assert!(Path::new(&folder.file("drive.2.ipf")).exists(), "{shown}");
+}
+
+#[test]
+fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
+    let folder = Folder::new("wrong");
+    let (drive, out) = (folder.file("drive.ipf"), folder.file("out"));
+    let world = scenario();
+    let cut = folder.file("cut.ipf");
+    let simulated = ipf(&["simulate", &world, "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    let bytes = std::fs::read(&drive).unwrap();
+    std::fs::write(&cut, &bytes[..20_001]).unwrap();
+    let nowhere = folder.file("nowhere");
+    let cases: [(&[&str], &str); 7] = [
+        (
+            &["record", "--on", &nowhere, "--out", &out],
+            "the board cannot be reached: ",
+        ),
+        (
+            &["offsets", "--on", "/dev/null"],
+            "the board cannot be reached: /dev/null: ",
+        ),
+        (&["replay", &nowhere], "nowhere: cannot be read: "),
+        (&["replay", &cut, "--strict", "--out", &out], "byte 19"),
+        (
+            &["replay", &drive, "--alpha", "0"],
+            "alpha_counts_m2 must be ",
+        ),
+        (&["image", "--file", &drive], "drive.ipf: no flash image: "),
+        (
+            &[
+                "simulate",
+                &world,
+                "--out",
+                &out,
+                "--fault",
+                "s3=off, bus3=off",
+            ],
+            "\"bus3=off\" (character 9) names no part that can fail",
+        ),
+    ];
+    for (command, words) in cases {
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        assert!(shown.contains(words), "{command:?}: {shown}");
+    }
+}
