@@ -17,6 +17,9 @@ pub(crate) struct Shape {
     structs: BTreeMap<&'static str, &'static [&'static str]>,
 }
 
+/// An enum or a struct by its name, with its variants or fields.
+pub(crate) type Named = (&'static str, &'static [&'static str]);
+
 /// An enum's variants, and how often it was read: each time as the next one.
 struct Enum {
     variants: &'static [&'static str],
@@ -36,43 +39,15 @@ impl Shape {
         shape
     }
 
-    pub(crate) fn print(&self) {
-        for (n, e) in &self.enums {
-            println!("E {n} {:?}", e.variants);
-        }
-        for (n, e) in &self.structs {
-            println!("S {n} {e:?}");
-        }
+    /// The enums by name, with their variants.
+    pub(crate) fn enums(&self) -> impl Iterator<Item = Named> {
+        let all = self.enums.iter();
+        all.map(|(name, found)| (*name, found.variants))
     }
 
-    /// The variants of all enums but these, which must be there.
-    pub(crate) fn variants_but(&self, left_out: &[&str]) -> Vec<&'static str> {
-        for name in left_out {
-            assert!(self.enums.contains_key(name), "no enum is called {name}");
-        }
-        let of_faults = self
-            .enums
-            .iter()
-            .filter(|(name, _)| !left_out.contains(name));
-        of_faults
-            .flat_map(|(_, found)| found.variants)
-            .copied()
-            .collect()
-    }
-
-    /// The fields of all structs but these, which must be there.
-    pub(crate) fn fields_but(&self, left_out: &[&str]) -> Vec<&'static str> {
-        for name in left_out {
-            assert!(
-                self.structs.contains_key(name),
-                "no struct is called {name}"
-            );
-        }
-        let of_faults = self
-            .structs
-            .iter()
-            .filter(|(name, _)| !left_out.contains(name));
-        of_faults.flat_map(|(_, fields)| *fields).copied().collect()
+    /// The structs by name, with their fields.
+    pub(crate) fn structs(&self) -> impl Iterator<Item = Named> {
+        self.structs.iter().map(|(name, fields)| (*name, *fields))
     }
 }
 

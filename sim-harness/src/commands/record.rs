@@ -10,7 +10,7 @@ use amiro_ipf::fault::Fault;
 use amiro_ipf::health::Health;
 use amiro_ipf::sensor::SensorMask;
 use clap::Args;
-use sim_harness::link::{LinkError, News, QemuOptions, RecordError, record};
+use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
 
 use super::ailments::{ailments, counters, report_counters, status_counters};
 use super::settings::Settings;
@@ -87,7 +87,9 @@ impl Record {
                         known_mode = mode;
                     }
                 }
-                News::Event(Event::PostMortem(record)) => eprintln!("\n{}", target::ended(record)),
+                News::Event(Event::PostMortem(record)) => {
+                    eprintln!("\n{}", post_mortem_in_words(record))
+                }
                 News::Event(_) | News::Away => {}
                 News::Vanished(error) => eprintln!("\n{error}; trying again"),
                 News::Back => eprintln!("the link is back"),

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::event::Event;
-use amiro_ipf::supervision::{ImageCheck, Mode, PostMortem, Supervision};
-use sim_harness::link::{Board, Image, Layout, QemuOptions, build_image};
+use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
+use sim_harness::link::{Board, Image, Layout, QemuOptions, build_image, post_mortem_in_words};
 
 /// How long to wait for what a board says of itself once a second.
 const SAID_WITHIN: Duration = Duration::from_secs(2);
@@ -38,23 +38,9 @@ pub(super) fn greet(board: &mut Board) -> Result<(), Box<dyn Error>> {
         boot.build_id, boot.capacity, boot.clock, boot.core_hz, boot.baud
     );
     if let Some(record) = board.post_mortem() {
-        eprintln!("{}", ended(record));
+        eprintln!("{}", post_mortem_in_words(record));
     }
     Ok(())
-}
-
-/// How a life ended, in a line.
-pub(super) fn ended(record: &PostMortem) -> String {
-    let age_s = f64::from(record.uptime_ms) * 1e-3;
-    let place = if record.place.is_empty() {
-        format!("at {:#010x}", record.registers.pc)
-    } else {
-        format!("at {}:{}", record.place, record.line)
-    };
-    format!(
-        "the board had ended by itself after {age_s:.1} s: {:?} {place}, step {}",
-        record.cause, record.step
-    )
 }
 
 /// How the image is, in a line; `None` where it does all it can.
