@@ -22,8 +22,8 @@ use shape::{Named, Shape};
 
 const PAGE: &str = include_str!("../docs/faults.md");
 
-/// Where the page explains the variants of each enum of the stream. What a run is or
-/// finds is no fault: the first six, of whose words those are told that tell of faults.
+/// Where the page explains the variants of each enum of the stream. The first say what a
+/// run is or finds; those of their words that tell of faults are named in the test.
 const ENUMS: [(&str, Option<&str>); 20] = [
     ("Event", None),
     ("Sample", None),
@@ -78,13 +78,13 @@ const STRUCTS: [(&str, Option<&str>); 24] = [
 
 /// The page from a heading to the next of its kind; the whole page for an empty one.
 fn section(heading: &str) -> &'static str {
-    let (_, from) = PAGE
-        .split_once(&format!("{heading}\n"))
-        .unwrap_or_else(|| panic!("the page has no {heading:?}"));
-    match heading {
-        "" => PAGE,
-        _ => from.split("\n## ").next().unwrap(),
+    if heading.is_empty() {
+        return PAGE;
     }
+    let parts = PAGE.split_once(&format!("\n{heading}\n"));
+    assert!(parts.is_some(), "the page has no {heading:?}");
+    let (_, from) = parts.unwrap();
+    from.split("\n## ").next().unwrap()
 }
 
 /// Panics with those that a section does not hold as `code`.
@@ -109,8 +109,8 @@ fn assert_all_have_their_place(
     for (name, words) in found {
         names.insert(name);
         let place = places.iter().find(|(placed, _)| *placed == name);
-        let (_, heading) = place.unwrap_or_else(|| panic!("where is {name} explained?"));
-        if let Some(heading) = heading {
+        assert!(place.is_some(), "where is {name} explained?");
+        if let Some((_, Some(heading))) = place {
             assert_explained_in(section(heading), words.iter().map(ToString::to_string));
         }
     }

@@ -90,6 +90,14 @@ impl Record {
                 News::Event(Event::PostMortem(record)) => {
                     eprintln!("\n{}", post_mortem_in_words(record))
                 }
+                News::Event(Event::BrokeOff { .. }) => eprintln!(
+                    "\nBrokeOff: the odometry broke off, what was found before shares no origin with what follows"
+                ),
+                News::Limited {
+                    particles_per_sensor,
+                } => eprintln!(
+                    "\nLimit: steps take too long, {particles_per_sensor} particles a sensor from now on"
+                ),
                 News::Event(_) | News::Away => {}
                 News::Vanished(error) => eprintln!("\n{error}; trying again"),
                 News::Back => eprintln!("the link is back"),

@@ -271,6 +271,12 @@ impl Replay {
             figures.cells_occupied,
             figures.cells_free
         );
+        let broke_off = run.events.iter();
+        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
+        match broke_off.count() {
+            0 => {}
+            times => println!("BrokeOff {times} times: parts of the map share no origin"),
+        }
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
             let mut mapper = CountingMapper::new(scenario.cell_m);

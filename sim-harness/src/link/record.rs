@@ -50,6 +50,11 @@ pub enum News<'a> {
         /// The part that begins.
         part: u32,
     },
+    /// The board's steps took too long: it goes on with so many particles a sensor.
+    Limited {
+        /// How many.
+        particles_per_sensor: u16,
+    },
     /// More than half of what comes is no frame: a wrong baud rate?
     Junk,
 }
@@ -155,13 +160,19 @@ fn record_part(
         if board.take_junk() && !wanted(News::Junk) {
             return Ok(PartEnd::Enough);
         }
-        let Message::Event(event) = frame.message else {
-            continue;
-        };
-        if matches!(event, Event::Status(_)) {
+        if matches!(frame.message, Message::Event(Event::Status(_))) {
             writer.flush()?;
         }
-        if !wanted(News::Event(&event)) {
+        let news = match &frame.message {
+            Message::Event(event) => News::Event(event),
+            Message::Input(Input::Limit {
+                particles_per_sensor,
+            }) => News::Limited {
+                particles_per_sensor: *particles_per_sensor,
+            },
+            _ => continue,
+        };
+        if !wanted(news) {
             return Ok(PartEnd::Enough);
         }
     }
