@@ -21,6 +21,8 @@ use serialport::{SerialPort, TTYPort};
 struct Said {
     boot_id: u8,
     events: Vec<Event>,
+    /// An input of its own, said behind the events.
+    own: Option<Input>,
     refused: Option<Fault>,
 }
 
@@ -60,9 +62,10 @@ fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String
                     let refused = said.refused;
                     said.events.push(Event::Answer { input, refused });
                 }
-                for event in &said.events {
+                let events = said.events.iter().map(Outgoing::Event);
+                for message in events.chain(said.own.as_ref().map(Outgoing::Input)) {
                     // Nobody may listen.
-                    let _ = master.write_all(encoder.encode(Outgoing::Event(event)));
+                    let _ = master.write_all(encoder.encode(message));
                 }
             }
         }
@@ -171,11 +174,10 @@ fn f69_another_version_after_a_reset_in_mid_recording_ends_with_3_too() {
             }
             _ => vec![Event::Status(Status::default())],
         };
-        let refused = None;
         Said {
             boot_id,
             events,
-            refused,
+            ..Said::default()
         }
     });
     let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
@@ -208,6 +210,7 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
             boot_id: 1,
             events,
             refused,
+            ..Said::default()
         }
     });
     let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
@@ -237,7 +240,10 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
                 lives += 1;
                 vec![Event::Configured(*config)]
             }
-            _ => vec![Event::Status(Status::default())],
+            _ => vec![
+                Event::Status(Status::default()),
+                Event::BrokeOff { stamp_us: 9 },
+            ],
         };
         // Dies once, after its first configuration.
         let boot_id = if lives > 0 && !matches!(input, Some(Input::Configure(_))) {
@@ -245,18 +251,26 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
         } else {
             lives.max(1)
         };
-        let refused = None;
         Said {
             boot_id,
             events,
-            refused,
+            own: input.is_none().then_some(Input::Limit {
+                particles_per_sensor: 750,
+            }),
+            refused: None,
         }
     });
     let out = folder.file("drive.ipf");
     let output = ipf(&["record", "--on", &port, "--seconds", "3", "--out", &out]);
     let shown = printed(&output);
     assert_eq!(output.status.code(), Some(0), "{shown}");
-    assert!(shown.contains("Watchdog at 0x00000000, step 5"), "{shown}");
+    for words in [
+        "Watchdog at 0x00000000, step 5",
+        "BrokeOff: the odometry broke off",
+        "Limit: steps take too long, 750 particles",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
     assert!(Path::new(&folder.file("drive.2.ipf")).exists(), "{shown}");
 }
 
