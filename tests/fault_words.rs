@@ -15,7 +15,7 @@ use amiro_ipf::driver::OffsetRefusal;
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
 use amiro_ipf::wire::{FrameError, WIRE_VERSION};
-use sim_harness::link::LinkError;
+use sim_harness::link::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
 use shape::{Named, Shape};
@@ -188,6 +188,7 @@ fn every_message_about_a_board_is_explained() {
     // The host's version changes with the sources, the page does not.
     let (host, on_page) = (format!("this host {WIRE_VERSION}"), "this host N");
     assert_explained(all.map(|error| error.to_string().replace(&host, on_page)));
+    assert_explained([Imbalance::Contradicted(2).to_string()]);
 }
 
 #[test]
