@@ -681,6 +681,26 @@ fn text_of(text: &str) -> String {
 }
 
 #[test]
+fn f31_a_recording_whose_odometry_is_random_for_a_third_of_it_is_read() {
+    // Positions from random bits look like metres a micrometre each.
+    let recording = read_from(&recorded("can=garbage@2s..4s", 1)[..]).unwrap();
+    let (steps, refused) = {
+        let config = Config {
+            particles_per_sensor: 50,
+            ..recording.config.unwrap()
+        };
+        let outcome = run(&config, &recording.inputs, |_| ()).unwrap();
+        let refused: Vec<Refusal> = outcome.faults().map(|(fault, _)| fault).collect();
+        (outcome.steps, refused)
+    };
+    assert!(steps > 0);
+    assert!(refused.contains(&Refusal::Implausible), "{refused:?}");
+    // From its beginning to its end it is taken for another unit.
+    let error = read_from(&recorded("can=garbage", 1)[..]).unwrap_err();
+    assert!(error.to_string().contains("look like"), "{error}");
+}
+
+#[test]
 fn a_recording_with_faults_replays_equal_and_says_its_faults() {
     // Long enough for two pieces.
     let text = "s3=stuck@5s..8s, can=off@4s..4.5s, s0=wrong:+200@1s..2s, s1=intermittent:0.3, \

@@ -858,8 +858,13 @@ fn f6b_an_interrupt_ends_a_recording_at_once_and_leaves_a_file_that_replays() {
                 .unwrap()
                 .success()
         );
-        child.wait().unwrap();
+        // Where a parent has told all its children to ignore interrupts, it goes on.
+        while child.try_wait().unwrap().is_none() && start.elapsed() < Duration::from_secs(5) {
+            thread::sleep(Duration::from_millis(5));
+        }
         let waited = start.elapsed();
+        let _ = child.kill();
+        child.wait().unwrap();
         assert!(waited < Duration::from_millis(200), "{waited:?}");
         assert!(assert_replays(&out) > 20);
         // At most the frame at the end is cut.
@@ -974,7 +979,8 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
     board.hang_up();
     // How quickly exactly, it says itself: calls until it has been long enough.
     thread::sleep(Duration::from_millis(away_ms));
-    let deadline = Instant::now() + Duration::from_secs(90);
+    // A busy host's emulator runs slower.
+    let deadline = Instant::now() + Duration::from_millis(90_000 + 4 * away_ms);
     let back = loop {
         thread::sleep(Duration::from_secs(2));
         board.reconnect().unwrap();

@@ -20,7 +20,7 @@ use super::{Format, Recording};
 
 /// Poses, and windows of time, below which nothing is judged.
 const FEWEST: usize = 10;
-/// Speed that most of a drive keeps below, metres a second: three times the AMiRo's.
+/// Speed that half of a drive keeps below, metres a second: three times the AMiRo's.
 const MOST_SPEED: f64 = 2.0;
 /// The paper's speed, metres a second: among units the one nearest to it is named.
 const USUAL_SPEED: f64 = 0.08;
@@ -128,10 +128,10 @@ fn nearest_length(claimed_m: f64, claimed_speed: f64) -> &'static str {
         .map_or("another unit", |(_, name)| name)
 }
 
-/// The value that nine of ten do not exceed.
-fn ninth_decile(mut values: Vec<f64>) -> Option<f64> {
+/// The value that so many of a hundred do not exceed.
+fn percentile(mut values: Vec<f64>, percent: usize) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() * 9 / 10).copied()
+    values.get(values.len() * percent / 100).copied()
 }
 
 fn doubt_speeds(inputs: &[Input]) -> Option<String> {
@@ -164,7 +164,10 @@ fn doubt_speeds(inputs: &[Input]) -> Option<String> {
     if speeds.len() < FEWEST {
         return None;
     }
-    let speed = ninth_decile(speeds)?;
+    // Units are wrong for all of a drive, a broken bus for a part of it: half of the
+    // time in which the robot moves must be too fast.
+    speeds.retain(|speed| *speed > 0.0);
+    let speed = percentile(speeds, 50)?;
     (speed > MOST_SPEED).then(|| {
         let unit = nearest_length(1.0, speed);
         format!("positions and speeds look like {unit}: in metres the robot does {speed:.1} m/s")
@@ -178,7 +181,7 @@ fn doubt_places(rows: &[Claimed], sees_motion: bool) -> Option<String> {
         .filter(|step| *step > 0.0)
         .collect();
     let path: f64 = steps.iter().sum();
-    let Some(step) = ninth_decile(steps) else {
+    let Some(step) = percentile(steps, 90) else {
         let rim = rows
             .first()
             .map_or(0.0, |row| row.x_m.abs().max(row.y_m.abs()));

@@ -53,8 +53,8 @@ pub struct LossyLine {
     overtaken: Option<Vec<u8>>,
     /// Delivered bytes since the last zero byte: they spoil the frame behind them.
     open: Vec<u8>,
-    /// Whether they are a whole frame that lacks nothing but its zero byte.
-    lacks_only_zero: bool,
+    /// The frame that they began with, without its zero byte: what comes next may end it.
+    unfinished: Option<Vec<u8>>,
     on_the_way: VecDeque<(Duration, Vec<u8>)>,
     free_at: Duration,
     tally: LineTally,
@@ -88,7 +88,7 @@ impl LossyLine {
             piece: Vec::new(),
             overtaken: None,
             open: Vec::new(),
-            lacks_only_zero: false,
+            unfinished: None,
             on_the_way: VecDeque::new(),
             free_at: Duration::ZERO,
             tally: LineTally::default(),
@@ -152,7 +152,7 @@ impl LossyLine {
     }
 
     fn send_piece(&mut self, now: Duration) {
-        let mut frame = std::mem::take(&mut self.piece);
+        let frame = std::mem::take(&mut self.piece);
         if frame == [0] {
             self.tally.bytes_sent += 1;
             let passed = self.disturb(&[0], self.tally.bytes_sent - 1, now);
@@ -176,10 +176,13 @@ impl LossyLine {
         let is_cut = self.strikes(now, rate);
         if is_cut {
             self.tally.bytes_sent += frame.len() as u64;
-            frame.truncate(uniform_below(&mut self.random, frame.len() as u32) as usize);
-            let passed = self.disturb(&frame, self.tally.bytes_sent, now);
-            self.note(&[], passed.len());
+            let end = uniform_below(&mut self.random, frame.len() as u32) as usize;
+            let rest = frame.get(..end).unwrap_or_default();
+            let passed = self.disturb(rest, self.tally.bytes_sent, now);
+            let came = passed.len();
             self.dispatch(passed, now);
+            self.note(&[], came);
+            self.leave_unfinished(&frame, came);
             return;
         }
         let rate = |fault| match fault {
@@ -213,7 +216,16 @@ impl LossyLine {
             self.dispatch(passed, now);
         }
         self.note(if is_whole { frame } else { &[] }, came);
-        self.lacks_only_zero = !is_whole && frame.strip_suffix(&[0]) == Some(&self.open);
+        if !is_whole {
+            self.leave_unfinished(frame, came);
+        }
+    }
+
+    /// Keeps a frame in mind of whose bytes the first ones came last.
+    fn leave_unfinished(&mut self, frame: &[u8], came: usize) {
+        if came > 0 && !self.open.is_empty() && frame.starts_with(&self.open) {
+            self.unfinished = frame.strip_suffix(&[0]).map(<[u8]>::to_vec);
+        }
     }
 
     /// Counts a frame of which so many bytes came; a whole one is given as its bytes.
@@ -306,9 +318,15 @@ impl LossyLine {
             return;
         }
         self.tally.bytes_delivered += bytes.len() as u64;
-        if std::mem::take(&mut self.lacks_only_zero) && bytes.first() == Some(&0) {
-            self.tally.damaged -= 1;
-            self.tally.whole += 1;
+        if let Some(zero) = bytes.iter().position(|byte| *byte == 0)
+            && let Some(content) = self.unfinished.take()
+        {
+            // The end of another frame, as it happens, is what this one lacked.
+            let end = content.strip_prefix(self.open.as_slice());
+            if end == bytes.get(..zero) {
+                self.tally.damaged -= 1;
+                self.tally.whole += 1;
+            }
         }
         match bytes.iter().rposition(|byte| *byte == 0) {
             Some(zero) => self.open = bytes.iter().skip(zero + 1).copied().collect(),
@@ -426,6 +444,25 @@ mod tests {
         assert!(bytes.len() < all.len() && tally.damaged > 400, "{tally:?}");
         assert!(came("drop:0.01x9").0.len() < all.len());
         assert!(came("garbage:0.01x9").0.len() > all.len());
+    }
+
+    #[test]
+    fn a_frame_that_another_one_s_end_completes_has_arrived() {
+        let frames = [[1, 2, 3, 7, 0], [4, 5, 6, 7, 0]];
+        for (faults, whole) in [
+            // 1 2 3 | 7 0, 1 2 3 7 | 0, 1 2 3 | 6 7 0, 1 2 | 7 0.
+            ("off@3B..8B", 1),
+            ("off@4B..9B", 1),
+            ("off@3B..7B", 0),
+            ("off@2B..8B", 0),
+        ] {
+            let mut line = line(faults);
+            for frame in &frames {
+                line.send(frame, Duration::ZERO);
+            }
+            let tally = line.tally();
+            assert_eq!((tally.whole, tally.damaged), (whole, 2 - whole), "{faults}");
+        }
     }
 
     #[test]
