@@ -5,16 +5,21 @@
 
 mod common;
 
+use std::cell::RefCell;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
+use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
-use sim_harness::link::{Board, Image, LinkError, QemuOptions, drive};
+use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
+use sim_harness::{log, run};
 
 /// A piece of RAM that the image does not need when it is about to die: in the middle of
 /// the particles.
@@ -29,7 +34,7 @@ struct Debugger(UnixStream);
 
 impl Debugger {
     /// Connects, which stops the core.
-    fn attach(socket: &PathBuf) -> Self {
+    fn attach(socket: &Path) -> Self {
         let deadline = Instant::now() + Duration::from_secs(5);
         loop {
             match UnixStream::connect(socket) {
@@ -136,10 +141,8 @@ impl Bench {
     }
 
     /// Stops the core, changes it, and lets it go.
-    fn provoke(&mut self, change: impl FnOnce(&mut Debugger)) {
-        let mut debugger = Debugger::attach(&self.socket);
-        change(&mut debugger);
-        debugger.detach();
+    fn provoke(&self, change: impl FnOnce(&mut Debugger)) {
+        provoke(&self.socket, change);
     }
 
     /// What the board says after its next boot message: how it ended, if it says so, and
@@ -163,25 +166,34 @@ impl Bench {
     }
 
     /// Ends the life in a panic as if a line of a file had found itself wrong.
-    fn panic_at(&mut self, file: &str, line: u32) {
-        // `core::panicking::panic(message)`, which takes the place of its caller too.
-        let panic = self
-            .image
-            .address_of(|name| name.ends_with("4core9panicking5panic"))
-            .unwrap() as u32;
-        self.provoke(|debugger| {
-            debugger.write(SCRATCH, file.as_bytes());
-            let location: Vec<u8> = [SCRATCH, file.len() as u32, line, 1]
-                .into_iter()
-                .flat_map(u32::to_le_bytes)
-                .collect();
-            debugger.write(SCRATCH + 0x100, &location);
-            debugger.set_register(0, SCRATCH);
-            debugger.set_register(1, 4);
-            debugger.set_register(2, SCRATCH + 0x100);
-            debugger.set_register(PC, panic & !1);
-        });
+    fn panic_at(&self, file: &str, line: u32) {
+        panic_at(&self.socket, self.image, file, line);
     }
+}
+
+fn provoke(socket: &Path, change: impl FnOnce(&mut Debugger)) {
+    let mut debugger = Debugger::attach(socket);
+    change(&mut debugger);
+    debugger.detach();
+}
+
+fn panic_at(socket: &Path, image: &Image, file: &str, line: u32) {
+    // `core::panicking::panic(message)`, which takes the place of its caller too.
+    let panic = image
+        .address_of(|name| name.ends_with("4core9panicking5panic"))
+        .unwrap() as u32;
+    provoke(socket, |debugger| {
+        debugger.write(SCRATCH, file.as_bytes());
+        let location: Vec<u8> = [SCRATCH, file.len() as u32, line, 1]
+            .into_iter()
+            .flat_map(u32::to_le_bytes)
+            .collect();
+        debugger.write(SCRATCH + 0x100, &location);
+        debugger.set_register(0, SCRATCH);
+        debugger.set_register(1, 4);
+        debugger.set_register(2, SCRATCH + 0x100);
+        debugger.set_register(PC, panic & !1);
+    });
 }
 
 impl Drop for Bench {
@@ -274,6 +286,76 @@ fn f57_a_stack_pointer_within_the_guard_is_survived_too() {
     });
     let record = bench.next_life().0.unwrap();
     assert_eq!(record.cause, Cause::StackOverflow, "{record:?}");
+}
+
+#[test]
+fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
+    let Some(mut bench) = Bench::new() else {
+        return;
+    };
+    let config = Config {
+        step_rule: StepRule::PerTick { own_clock: true },
+        source: Source::Board,
+        ..Config::amiro(Profile::Plus)
+    };
+    // Where each part is written; a writer of its own for each.
+    let files: [Shared; 2] = Default::default();
+    let Bench {
+        board,
+        socket,
+        image,
+    } = &mut bench;
+    let mut statuses = 0;
+    let mut ends = Vec::new();
+    let parts = record(
+        board,
+        &config,
+        |part| Ok(files[part as usize - 1].clone()),
+        |news| {
+            match news {
+                News::Event(Event::Status(_)) => {
+                    statuses += 1;
+                    if statuses == 10 {
+                        panic_at(socket, image, "src/node.rs", 77);
+                    }
+                }
+                News::Event(Event::PostMortem(record)) => {
+                    ends.push((record.cause, record.place.to_string(), record.line));
+                }
+                _ => {}
+            }
+            statuses < 20
+        },
+    )
+    .unwrap();
+    assert_eq!(parts, 2);
+    assert_eq!(ends, [(Cause::Panic, "src/node.rs".to_owned(), 77)]);
+    for file in files {
+        let recording = log::read_from(&file.0.borrow()[..]).unwrap();
+        assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+        // Without sensors there are ticks, each refused: on the board and again here.
+        let config = recording.config.unwrap();
+        let outcome = run(&config, &recording.inputs, |_| ()).unwrap();
+        let faults: Vec<(Fault, u64)> = outcome.faults().collect();
+        assert!(
+            matches!(faults[..], [(Fault::NoReading, 8..=10)]),
+            "{faults:?}"
+        );
+    }
+}
+
+/// Bytes that a recorder writes and a test reads.
+#[derive(Clone, Default)]
+struct Shared(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 #[test]
