@@ -116,6 +116,7 @@ fn f41_own_steps_are_never_late_and_statuses_come_on_time_for_as_long_as_it_runs
     let Some(image) = common::image() else { return };
     let options = QemuOptions {
         count_instructions: true,
+        skip_idle: true,
         ..QemuOptions::default()
     };
     let mut board = Board::in_qemu(image, &options).unwrap();

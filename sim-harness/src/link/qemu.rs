@@ -24,6 +24,9 @@ const RAM_SIZE: usize = 128 * 1024;
 pub struct QemuOptions {
     /// Count one instruction a nanosecond, so that cycle figures are instructions.
     pub count_instructions: bool,
+    /// With counted instructions: do not wait while the core waits for an interrupt. The
+    /// board's time then runs ahead of the host's.
+    pub skip_idle: bool,
     /// Fill the RAM with this byte before every reset, as silicon's is never zero.
     pub ram_fill: Option<u8>,
     /// Flash the image with the lowest bit of this byte flipped.
@@ -67,8 +70,10 @@ impl Board {
                 .stdout(Stdio::null()),
         };
         command.arg("-kernel").arg(&flash.path);
-        if options.count_instructions {
-            command.args(["-icount", "shift=0"]);
+        match (options.count_instructions, options.skip_idle) {
+            (true, true) => _ = command.args(["-icount", "shift=0,sleep=off"]),
+            (true, false) => _ = command.args(["-icount", "shift=0"]),
+            (false, _) => {}
         }
         if let Some(socket) = &options.debugger {
             let socket = socket.display();
