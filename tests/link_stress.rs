@@ -987,10 +987,11 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
         // Before the first status no more than one beat's steps begin.
         let mut begun = 0;
         let status = loop {
-            match board.next_event().unwrap() {
-                Event::Status(status) => break status,
-                Event::StepBegun(_) => begun += 1,
-                _ => {}
+            match board.next_event() {
+                Ok(Event::Status(status)) => break status,
+                Ok(Event::StepBegun(_)) => begun += 1,
+                Err(LinkError::Silent) if Instant::now() < deadline => {}
+                other => _ = other.unwrap(),
             }
         };
         assert!(begun <= 1, "{begun} steps before the first status");

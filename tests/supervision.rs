@@ -330,9 +330,13 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
     .unwrap();
     assert_eq!(parts, 2);
     assert_eq!(ends, [(Cause::Panic, "src/node.rs".to_owned(), 77)]);
-    for file in files {
+    for (place, file) in files.iter().enumerate() {
         let recording = log::read_from(&file.0.borrow()[..]).unwrap();
         assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+        // Which image it was, and, in the second part, how it died.
+        let count = |is: fn(&Event) -> bool| recording.events.iter().filter(|it| is(it)).count();
+        assert_eq!(count(|event| matches!(event, Event::Boot(_))), 1);
+        assert_eq!(count(|event| matches!(event, Event::PostMortem(_))), place);
         // Without sensors there are ticks, each refused: on the board and again here.
         let config = recording.config.unwrap();
         let outcome = run(&config, &recording.inputs, |_| ()).unwrap();

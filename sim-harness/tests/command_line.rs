@@ -271,7 +271,13 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     ] {
         assert!(shown.contains(words), "{words}: {shown}");
     }
-    assert!(Path::new(&folder.file("drive.2.ipf")).exists(), "{shown}");
+    // The second part tells it too.
+    let second = sim_harness::log::read(Path::new(&folder.file("drive.2.ipf"))).unwrap();
+    let told = second
+        .events
+        .iter()
+        .any(|event| matches!(event, Event::PostMortem(record) if record.cause == Cause::Watchdog));
+    assert!(told, "{:?}", second.events);
 }
 
 #[test]

@@ -45,6 +45,8 @@ impl Record {
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
         let mut steps = 0;
+        // How the life before ended was printed at the greeting.
+        let mut known_end = board.post_mortem().cloned();
         let mut known = None;
         let mut known_mode = None;
         let mut last_status = Status::default();
@@ -88,7 +90,10 @@ impl Record {
                     }
                 }
                 News::Event(Event::PostMortem(record)) => {
-                    eprintln!("\n{}", post_mortem_in_words(record))
+                    if known_end.as_ref() != Some(record) {
+                        eprintln!("\n{}", post_mortem_in_words(record));
+                        known_end = Some(record.clone());
+                    }
                 }
                 News::Event(Event::BrokeOff { .. }) => eprintln!(
                     "\nBrokeOff: the odometry broke off, what was found before shares no origin with what follows"
@@ -101,10 +106,13 @@ impl Record {
                 News::Event(_) | News::Away => {}
                 News::Vanished(error) => eprintln!("\n{error}; trying again"),
                 News::Back => eprintln!("the link is back"),
-                News::Restarted { part } => eprintln!(
-                    "\nthe board started anew: what it says now goes to {}",
-                    self.part(part).display()
-                ),
+                News::Restarted { part } => {
+                    known_end = None;
+                    eprintln!(
+                        "\nthe board started anew: what it says now goes to {}",
+                        self.part(part).display()
+                    );
+                }
                 News::Junk => eprintln!("\n{}", LinkError::Junk),
             }
             end.is_none_or(|end| Instant::now() < end)

@@ -12,7 +12,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
-use sim_harness::link::{Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive};
+use sim_harness::link::{
+    Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
+};
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::CountingMapper;
 use sim_harness::output;
@@ -95,6 +97,11 @@ impl Replay {
         let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
         for (text, seed) in told_faults {
             println!("recorded with faults: {text}, seed {seed}");
+        }
+        for event in &recording.events {
+            if let Event::PostMortem(record) = event {
+                println!("recorded: {}", post_mortem_in_words(record));
+            }
         }
         let inputs = self
             .fault

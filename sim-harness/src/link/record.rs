@@ -70,9 +70,11 @@ enum PartEnd {
 /// Starts a greeted board with a configuration, its own sensors as the source, and
 /// writes whatever it says until `wanted` says that it is enough. The number of parts.
 ///
-/// Each part begins with the configuration and holds the readings that the board took
-/// from then on, so that it replays as any other recording. `open` opens each, counted from 1; there
-/// is one for each boot of the board, since what a board knew is gone with its reset.
+/// Each part begins with the configuration and holds what the board says from then on,
+/// so that it replays as any other recording: who it is and how its life before ended, in
+/// answer to another greeting, and the readings that it takes. `open` opens each, counted
+/// from 1; there is one for each boot of the board, since what a board knew is gone with
+/// its reset.
 /// Parts are flushed at every status, eight times a second: that much is lost when the
 /// host dies. `wanted` sees all news, while the link is gone ten times a second.
 ///
@@ -112,11 +114,6 @@ pub fn record<W: Write>(
             }
             Err(error) => return Err(error.into()),
         }
-        // It is said while the board is greeted, before there is anything to record.
-        let said = board.post_mortem().cloned().map(Event::PostMortem);
-        if said.is_some_and(|event| !wanted(News::Event(&event))) {
-            return Ok(part - 1);
-        }
     }
 }
 
@@ -134,6 +131,8 @@ fn record_part(
     writer.write_input(&start)?;
     writer.write_frames(&begin(board, &start)?)?;
     writer.flush()?;
+    // Who it is and how its life before ended is said in answer: it is part of the record.
+    board.send(&Input::Hello)?;
     let mut uptime_ms = 0;
     loop {
         let frame = match board.receive_frame(Instant::now() + SILENCE) {
