@@ -192,7 +192,7 @@ impl Life {
         let since_us = self.now_us - start_us;
         self.now_us += 1_000;
         buses.advance_to((since_us + 1_000) * 1_000);
-        if since_us % ROUND_US == 0 {
+        if since_us.is_multiple_of(ROUND_US) {
             let noise = (since_us / ROUND_US % 3) as u16;
             (0..SENSORS).for_each(|sensor| buses.set_signal(sensor, 2_600 + noise));
         }
