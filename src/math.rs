@@ -211,9 +211,15 @@ pub fn coarse_atan2(y: f32, x: f32) -> f32 {
     micromath::F32Ext::atan2(y, x)
 }
 
+/// 2^23 rad: above it floats are a radian and more apart, and a product with so many
+/// turns is off by more than one.
+const MOST_WRAPPED: f32 = 8_388_608.0;
+
 /// The angle in (-pi, pi] that differs from `x` by whole turns.
 ///
-/// Error below 1e-6 rad times the number of turns removed. NaN and infinities give NaN.
+/// Error below 1e-6 rad times the number of turns removed; beyond a million turns, where
+/// that is no direction any more, the result is still in range. NaN and infinities give
+/// NaN.
 #[must_use]
 pub fn wrap_angle(x: f32) -> f32 {
     if x > -PI && x <= PI {
@@ -222,7 +228,12 @@ pub fn wrap_angle(x: f32) -> f32 {
     if !x.is_finite() {
         return f32::NAN;
     }
-    let wrapped = x - round_to_i32(x / TAU) as f32 * TAU;
+    let wrapped = if x.abs() < MOST_WRAPPED {
+        x - round_to_i32(x / TAU) as f32 * TAU
+    } else {
+        // The remainder is exact on every platform, and slow.
+        x % TAU
+    };
     if wrapped > PI {
         wrapped - TAU
     } else if wrapped <= -PI {
@@ -330,6 +341,17 @@ mod tests {
         }
         assert!(wrap_angle(f32::NAN).is_nan());
         assert!(wrap_angle(f32::INFINITY).is_nan());
+    }
+
+    #[test]
+    fn an_angle_of_any_number_of_turns_is_wrapped_once_and_for_all() {
+        for bits in (0..0x7f80_0000_u32).step_by(10_007) {
+            for x in [f32::from_bits(bits), -f32::from_bits(bits)] {
+                let wrapped = wrap_angle(x);
+                assert!(wrapped > -PI && wrapped <= PI, "x = {x}: {wrapped}");
+                assert_eq!(wrap_angle(wrapped).to_bits(), wrapped.to_bits(), "x = {x}");
+            }
+        }
     }
 
     #[test]

@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn writes_of_every_range_arrive_in_a_memory_that_wraps_within_pages() {
-        for start in 0..=130_u8 {
+        for start in (0..=130_u8).step_by(if cfg!(miri) { 43 } else { 1 }) {
             for length in 0..40 {
                 let bytes: Vec<u8> = (1..=length).collect();
                 let mut memory = [0; BYTES];
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn reads_cover_the_range_once_and_end_with_the_memory() {
-        for start in 0..=130_u8 {
+        for start in (0..=130_u8).step_by(if cfg!(miri) { 43 } else { 1 }) {
             for length in 0..60 {
                 let mut covered = Vec::new();
                 for part in reads(0x50, start, length) {

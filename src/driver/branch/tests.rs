@@ -197,7 +197,8 @@ fn answers_of_a_wrong_length_are_failures_and_end() {
 fn whatever_the_bus_answers_a_round_ends_within_eighty_transactions() {
     let mut random = Bus::new();
     let mut branch = Branch::new(&Channel::ALL);
-    for round in 0..100_000 {
+    let rounds = if cfg!(miri) { 50 } else { 100_000 };
+    for round in 0..rounds {
         let now_us = round * ROUND_PERIOD_US;
         assert!(branch.begin_round(now_us, true));
         let mut transactions = 0;
@@ -441,7 +442,7 @@ fn f15_sensors_a_little_slow_or_fast_never_go_stale() {
         bench.rounds(15);
         // At every moment, not only when all was read.
         bench.strict = true;
-        bench.rounds(5_000);
+        bench.rounds(if cfg!(miri) { 20 } else { 5_000 });
     }
 }
 
