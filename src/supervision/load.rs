@@ -84,6 +84,15 @@ mod tests {
     }
 
     #[test]
+    fn a_step_that_takes_its_whole_budget_is_in_time() {
+        let mut guard = LoadGuard::new(100_000);
+        assert!((0..100).all(|_| guard.took(100_000, 1000).is_none()));
+        assert_eq!(guard.took(100_001, 1000), None);
+        assert_eq!(guard.took(100_001, 1000), None);
+        assert_eq!(guard.took(100_001, 1000), Some(750));
+    }
+
+    #[test]
     fn at_least_one_particle_is_left() {
         let mut guard = LoadGuard::new(1);
         let said: Vec<_> = (0..16).filter_map(|_| guard.took(2, 1)).collect();
