@@ -167,21 +167,17 @@ impl Odometry {
     /// before the last two poses or more than [`MAX_AGE_US`] after the last.
     pub fn pose_at(&self, drive: &DifferentialDrive, stamp_us: u64) -> Result<Pose, Fault> {
         let last = self.last.ok_or(Fault::NoPose)?;
-        if stamp_us == last.stamp_us {
-            return Ok(last.pose);
-        }
-        if stamp_us > last.stamp_us {
-            let age_us = stamp_us - last.stamp_us;
-            if age_us > MAX_AGE_US {
-                return Err(Fault::StalePose);
-            }
-            return Ok(match self.speeds {
+        match stamp_us.checked_sub(last.stamp_us) {
+            Some(0) => Ok(last.pose),
+            Some(age_us) if age_us > MAX_AGE_US => Err(Fault::StalePose),
+            Some(age_us) => Ok(match self.speeds {
                 Some(speeds) => reckon(drive, &last, speeds, age_us),
                 None => self.along_last_motion(&last, stamp_us).unwrap_or(last.pose),
-            });
+            }),
+            None => self
+                .along_last_motion(&last, stamp_us)
+                .ok_or(Fault::StalePose),
         }
-        self.along_last_motion(&last, stamp_us)
-            .ok_or(Fault::StalePose)
     }
 
     /// The pose at a stamp on the arc through the last two poses, if they say anything.

@@ -136,6 +136,22 @@ fn f23_values_that_no_robot_sends_are_ignored() {
 }
 
 #[test]
+fn f23_every_reason_for_ignoring_a_frame_has_its_own_words() {
+    let words = [
+        Ignored::Extended,
+        Ignored::NotData,
+        Ignored::UnknownId,
+        Ignored::WrongLength,
+        Ignored::ImpossibleValue,
+    ]
+    .map(|reason| reason.to_string());
+    for (index, word) in words.iter().enumerate() {
+        assert!(!word.is_empty(), "{words:?}");
+        assert!(!words[..index].contains(word), "{words:?}");
+    }
+}
+
+#[test]
 fn f23_of_all_payloads_one_alone_switches_the_robot_off() {
     for identifier in 0x401..=0x404 {
         for word in 0..=u16::MAX {
