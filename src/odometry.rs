@@ -167,21 +167,17 @@ impl Odometry {
     /// before the last two poses or more than [`MAX_AGE_US`] after the last.
     pub fn pose_at(&self, drive: &DifferentialDrive, stamp_us: u64) -> Result<Pose, Fault> {
         let last = self.last.ok_or(Fault::NoPose)?;
-        if stamp_us == last.stamp_us {
-            return Ok(last.pose);
-        }
-        if stamp_us > last.stamp_us {
-            let age_us = stamp_us - last.stamp_us;
-            if age_us > MAX_AGE_US {
-                return Err(Fault::StalePose);
-            }
-            return Ok(match self.speeds {
+        match stamp_us.checked_sub(last.stamp_us) {
+            Some(0) => Ok(last.pose),
+            Some(age_us) if age_us > MAX_AGE_US => Err(Fault::StalePose),
+            Some(age_us) => Ok(match self.speeds {
                 Some(speeds) => reckon(drive, &last, speeds, age_us),
                 None => self.along_last_motion(&last, stamp_us).unwrap_or(last.pose),
-            });
+            }),
+            None => self
+                .along_last_motion(&last, stamp_us)
+                .ok_or(Fault::StalePose),
         }
-        self.along_last_motion(&last, stamp_us)
-            .ok_or(Fault::StalePose)
     }
 
     /// The pose at a stamp on the arc through the last two poses, if they say anything.
@@ -238,6 +234,21 @@ mod tests {
     }
 
     #[test]
+    fn rounding_moves_no_robot_at_the_joint_of_poses_and_prediction() {
+        // Ten metres off, a coordinate's last bit is 1 um; a microsecond at 80 mm/s is
+        // less than a tenth of it.
+        for step in 0..1000 {
+            let x = 8.0 + step as f32 * 1.3e-3;
+            let last = Pose::new(x + 0.004, -x - 0.000_1, 0.3);
+            let mut odometry = Odometry::default();
+            odometry.take_pose(0, Pose::new(x, -x, 0.3)).unwrap();
+            odometry.take_pose(50_000, last).unwrap();
+            let predicted = odometry.pose_at(&DRIVE, 50_001).unwrap();
+            assert_eq!(predicted.position, last.position, "at {x} m");
+        }
+    }
+
+    #[test]
     fn prediction_follows_the_arc() {
         // 0.1 m radius, 0.1 rad a pose: the third pose is known exactly.
         let at = |angle: f32| {
@@ -264,6 +275,37 @@ mod tests {
             .take_wheels(&DRIVE, 100_000, wheels(0.0, 0.0))
             .unwrap();
         let pose = odometry.pose_at(&DRIVE, 150_000).unwrap();
+        assert!((pose.position.x - 0.008).abs() < 1e-7, "{pose:?}");
+    }
+
+    #[test]
+    fn wheel_speeds_are_reckoned_over_the_time_between_their_stamps() {
+        // A board's clock does not begin with the wheels: 100 ms at 80 mm/s are 8 mm.
+        let ahead = WheelSpeeds {
+            left_m_per_s: 0.08,
+            right_m_per_s: 0.08,
+        };
+        let mut odometry = Odometry::default();
+        odometry.take_wheels(&DRIVE, 1_000_000, ahead).unwrap();
+        let continuity = odometry.take_wheels(&DRIVE, 1_100_000, ahead);
+        assert_eq!(continuity, Ok(Continuity::Continues));
+        let pose = odometry.pose_at(&DRIVE, 1_100_000).unwrap();
+        assert!((pose.position.x - 0.008).abs() < 1e-7, "{pose:?}");
+    }
+
+    #[test]
+    fn f35_wheel_speeds_of_an_earlier_stamp_are_refused() {
+        let ahead = WheelSpeeds {
+            left_m_per_s: 0.08,
+            right_m_per_s: 0.08,
+        };
+        let mut odometry = Odometry::default();
+        odometry.take_wheels(&DRIVE, 1_000_000, ahead).unwrap();
+        assert_eq!(
+            odometry.take_wheels(&DRIVE, 999_999, ahead),
+            Err(Fault::StampBackward)
+        );
+        let pose = odometry.pose_at(&DRIVE, 1_100_000).unwrap();
         assert!((pose.position.x - 0.008).abs() < 1e-7, "{pose:?}");
     }
 
@@ -374,6 +416,29 @@ mod tests {
     }
 
     #[test]
+    fn f31_a_step_of_the_sent_numbers_is_believed_in_no_time_and_more_is_not() {
+        // 256 um and 256 urad are what the lowest bits stand for; 1 us drives nowhere.
+        for (metres, radians) in [(256e-6, 0.0), (0.0, 256e-6), (-256e-6, -256e-6)] {
+            let mut odometry = Odometry::default();
+            odometry.take_pose(0, Pose::default()).unwrap();
+            assert_eq!(
+                odometry.take_pose(1, Pose::new(metres, 0.0, radians)),
+                Ok(Continuity::Continues),
+                "{metres} m, {radians} rad"
+            );
+        }
+        for (metres, radians) in [(1024e-6, 0.0), (0.0, 6e-3)] {
+            let mut odometry = Odometry::default();
+            odometry.take_pose(0, Pose::default()).unwrap();
+            assert_eq!(
+                odometry.take_pose(1, Pose::new(metres, 0.0, radians)),
+                Err(Fault::Implausible),
+                "{metres} m, {radians} rad"
+            );
+        }
+    }
+
+    #[test]
     fn f35_no_time_is_skipped_backward_dropped_a_long_gap_breaks_off() {
         let mut odometry = straight();
         let nowhere = Pose::new(9.0, 9.0, 3.0);
@@ -412,6 +477,15 @@ mod tests {
         assert_eq!(
             odometry.take_wheels(&DRIVE, 0, speeds),
             Err(Fault::Implausible)
+        );
+        // The fastest that is believed is.
+        let fastest = WheelSpeeds {
+            left_m_per_s: MAX_SPEED_M_PER_S,
+            right_m_per_s: -MAX_SPEED_M_PER_S,
+        };
+        assert_eq!(
+            odometry.take_wheels(&DRIVE, 0, fastest),
+            Ok(Continuity::Continues)
         );
     }
 }

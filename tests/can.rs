@@ -136,6 +136,46 @@ fn f23_values_that_no_robot_sends_are_ignored() {
 }
 
 #[test]
+fn f23_every_reason_for_ignoring_a_frame_has_its_own_words() {
+    let words = [
+        Ignored::Extended,
+        Ignored::NotData,
+        Ignored::UnknownId,
+        Ignored::WrongLength,
+        Ignored::ImpossibleValue,
+    ]
+    .map(|reason| reason.to_string());
+    for (index, word) in words.iter().enumerate() {
+        assert!(!word.is_empty(), "{words:?}");
+        assert!(!words[..index].contains(word), "{words:?}");
+    }
+}
+
+#[test]
+fn f23_of_all_payloads_one_alone_switches_the_robot_off() {
+    for identifier in 0x401..=0x404 {
+        for word in 0..=u16::MAX {
+            let read = Message::decode(&data(identifier, word.to_le_bytes()));
+            let is_shutdown = matches!(read, Ok(Message::Shutdown(_)));
+            assert_eq!(is_shutdown, word == 0xaa55, "{identifier:#x}, {word:#06x}");
+            let is_refused = read == Err(Ignored::ImpossibleValue);
+            assert_ne!(is_refused, is_shutdown, "{identifier:#x}, {word:#06x}");
+        }
+        // The right bytes with others before, behind or missing are another message.
+        for frame in [
+            data(identifier, []),
+            data(identifier, [0x55]),
+            data(identifier, [0x55, 0xaa, 0x00]),
+            data(identifier, [0x00, 0x55, 0xaa]),
+            data(identifier, [0x55, 0xaa, 0, 0, 0, 0, 0, 0]),
+        ] {
+            let read = Message::decode(&frame);
+            assert_eq!(read, Err(Ignored::WrongLength), "{frame:?}");
+        }
+    }
+}
+
+#[test]
 fn f23_exactly_the_listed_identifiers_are_read() {
     for bits in 0..0x800 {
         let identifier = StandardId::from_bits(bits);

@@ -97,6 +97,7 @@ mod tests {
     fn bytes_beyond_the_length_are_forgotten() {
         let frame = Frame::received(ID, false, 3, [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(frame.payload(), [1, 2, 3]);
+        assert_eq!(frame.bytes(), [1, 2, 3, 0, 0, 0, 0, 0]);
         assert_eq!(frame, Frame::data(StandardId::ODOMETRY, [1, 2, 3]));
     }
 
@@ -115,6 +116,8 @@ mod tests {
     fn remote_frame_has_a_length_and_no_payload() {
         let frame = Frame::received(ID, true, 8, [7; 8]);
         assert_eq!((frame.length(), frame.payload()), (8, &[][..]));
-        assert_ne!(frame, Frame::received(ID, false, 8, [0; 8]));
+        let zeros = Frame::received(ID, false, 8, [0; 8]);
+        assert_ne!(frame, zeros);
+        assert_eq!((frame.is_remote(), zeros.is_remote()), (true, false));
     }
 }

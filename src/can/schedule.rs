@@ -117,6 +117,21 @@ mod tests {
     }
 
     #[test]
+    fn after_the_eighth_frame_nobody_need_look_until_the_next_cycle() {
+        let mut schedule = RingSchedule::default();
+        for sensor in 0..8 {
+            let now_us = 3_000 * sensor as u64;
+            assert!(schedule.may_be_due(now_us));
+            assert_eq!(schedule.due(now_us, SensorMask::ALL), Some(sensor));
+            assert!(!schedule.may_be_due(now_us + 2_999));
+        }
+        for now_us in [24_000, 40_000, 62_999] {
+            assert!(!schedule.may_be_due(now_us), "{now_us} us");
+        }
+        assert!(schedule.may_be_due(63_000));
+    }
+
+    #[test]
     fn missed_cycles_are_not_made_up_for() {
         let mut schedule = RingSchedule::default();
         assert_eq!(schedule.due(0, SensorMask::ALL), Some(0));

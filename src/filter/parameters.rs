@@ -196,6 +196,31 @@ mod tests {
     }
 
     #[test]
+    fn the_profiles_differ_in_five_choices_and_share_the_rest() {
+        let paper = FilterParameters {
+            survival: SurvivalRule::Systematic,
+            gate: 4,
+            model_error_m: 0.008,
+            wheel_noise: 0.05,
+            local_radius_m: 0.32,
+            side_test: false,
+            side_margin: 1.0,
+            veto: 1.0,
+            nothing_draw: NothingDraw::AtLimit,
+        };
+        assert_eq!(Profile::Paper.parameters(), paper);
+        let plus = FilterParameters {
+            survival: SurvivalRule::Bernoulli,
+            gate: 5,
+            side_test: true,
+            veto: 0.1,
+            nothing_draw: NothingDraw::OverLobe,
+            ..paper
+        };
+        assert_eq!(Profile::Plus.parameters(), plus);
+    }
+
+    #[test]
     fn a_bad_parameter_is_named() {
         let bad = FilterParameters {
             veto: f32::NAN,

@@ -104,6 +104,28 @@ mod tests {
     }
 
     #[test]
+    fn bearings_are_drawn_equally_often_over_the_lobe_and_none_beyond_it() {
+        let model = model(FilterParameters::PAPER);
+        let mount = Ring::AMIRO.mount(3);
+        const COUNT: usize = 20_000;
+        for seed in 1..=3 {
+            let mut sectors = [0_i32; 8];
+            for place in draws(&model, only(3, 78), seed, COUNT) {
+                let seen = mount.sensor_from_body(place);
+                let bearing = f64::from(seen.y).atan2(f64::from(seen.x));
+                let share = 0.5 + 0.5 * bearing / f64::from(model.photometry.theta_max_rad);
+                // f32 at 0.1 m is 1e-7 of the lobe.
+                assert!((-1e-6..=1.0 + 1e-6).contains(&share), "{share}");
+                sectors[((share * 8.0).max(0.0) as usize).min(7)] += 1;
+            }
+            // 2500 each; sigma = sqrt(20000 / 8 * 7 / 8) = 47, 4 sigma.
+            for count in sectors {
+                assert!((count - 2500).abs() < 188, "seed {seed}: {sectors:?}");
+            }
+        }
+    }
+
+    #[test]
     fn sensors_are_drawn_equally_often() {
         let model = model(FilterParameters::PAPER);
         let places = draws(&model, [Sample::Counts(300); SENSORS], 4, 80_000);

@@ -321,6 +321,94 @@ mod tests {
     }
 
     #[test]
+    fn exactly_those_beyond_the_local_radius_depart() {
+        let radius = 0.2;
+        let model = model(FilterParameters {
+            local_radius_m: radius,
+            ..FilterParameters::PLUS
+        });
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 6);
+        // Empty lobes are searched up to 0.2 m in front of the hull.
+        filter.step(&model, &Motion::NONE, &readings(0), |_, _| {});
+        let beyond = filter
+            .live()
+            .filter(|(place, _)| place.norm_squared() > radius * radius)
+            .count();
+        assert!((10..N - 10).contains(&beyond), "{beyond}");
+        let tally = filter.step(&model, &Motion::NONE, &readings(0), |_, _| {});
+        assert_eq!(tally.departed, beyond as u32);
+        assert_eq!(tally.live, (N - beyond) as u32);
+    }
+
+    #[test]
+    fn a_particle_on_the_local_radius_is_within_it() {
+        let mut set = ParticleSet::<1>::new();
+        let model = model(FilterParameters {
+            local_radius_m: 0.5,
+            ..FilterParameters::PAPER
+        });
+        for (x, departed) in [(0.5, 0), (0.500_02, 1)] {
+            set.slots(1)
+                .for_each(|mut slot| slot.draw(Point::new(x, 0.0)));
+            let mut filter = InverseParticleFilter::over(&mut set, 1, 1);
+            let tally = filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
+            assert_eq!(tally.departed, departed, "{x} m");
+        }
+    }
+
+    /// The digest after three steps.
+    fn after_three_steps(filter: &mut InverseParticleFilter<'_, N>) -> u32 {
+        let model = model(FilterParameters::PLUS);
+        for _ in 0..3 {
+            filter.step(&model, &forward(0.01), &readings(60), |_, _| {});
+        }
+        filter.digest()
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_set_s_last_use_or_of_a_filter_s_last_run() {
+        let mut set = ParticleSet::<N>::new();
+        let fresh = after_three_steps(&mut InverseParticleFilter::new(&mut set, 300, 11));
+        after_three_steps(&mut InverseParticleFilter::new(&mut set, N, 12));
+        let mut filter = InverseParticleFilter::new(&mut set, 300, 11);
+        assert_eq!(filter.live().count(), 0, "a used set");
+        assert_eq!(after_three_steps(&mut filter), fresh, "a used set");
+        filter.restart(300, 11);
+        assert_eq!(filter.live().count(), 0, "a used filter");
+        assert_eq!(after_three_steps(&mut filter), fresh, "a used filter");
+    }
+
+    #[test]
+    fn forgotten_particles_are_drawn_anew_and_the_generator_goes_on() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 11);
+        let first = after_three_steps(&mut filter);
+        filter.forget();
+        assert_eq!(filter.live().count(), 0);
+        let model = model(FilterParameters::PLUS);
+        let tally = filter.step(&model, &Motion::NONE, &readings(60), |_, _| {});
+        assert_eq!(tally, Tally::default());
+        assert!(filter.live().all(|(_, age)| age == 0));
+        assert_eq!(filter.live().count(), N);
+        filter.forget();
+        assert_ne!(after_three_steps(&mut filter), first);
+    }
+
+    #[test]
+    fn a_limit_lowers_the_number_of_particles_and_never_raises_it() {
+        let mut set = ParticleSet::<N>::new();
+        let mut filter = InverseParticleFilter::new(&mut set, N, 11);
+        after_three_steps(&mut filter);
+        for (limit, left) in [(300, 300), (500, 300), (0, 0)] {
+            filter.limit(limit);
+            assert_eq!(filter.live().count(), left, "limit {limit}");
+            after_three_steps(&mut filter);
+            assert_eq!(filter.live().count(), left, "limit {limit}");
+        }
+    }
+
+    #[test]
     fn moved_particles_stay_put_in_the_world() {
         let mut set = ParticleSet::<N>::new();
         let mut filter = InverseParticleFilter::new(&mut set, N, 7);

@@ -131,6 +131,53 @@ mod tests {
         }
     }
 
+    /// A generator that has one number.
+    struct Constant(u32);
+
+    impl rand_core::TryRng for Constant {
+        type Error = core::convert::Infallible;
+
+        fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
+            Ok(self.0)
+        }
+
+        fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
+            Ok(u64::from(self.0) << 32 | u64::from(self.0))
+        }
+
+        fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Self::Error> {
+            bytes.fill(self.0 as u8);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn bernoulli_is_certain_at_both_ends() {
+        // Whatever is drawn: one of 40 000 particles lost would be no outlier.
+        for number in [
+            0,
+            0xffff,
+            0x10000,
+            0x7fff_ffff,
+            u32::MAX - 0x10000,
+            u32::MAX,
+        ] {
+            let mut rng = Constant(number);
+            let mut survival = Survival::new(SurvivalRule::Bernoulli, 0, 0, &mut rng);
+            assert!(survival.survives(65_535, &mut rng), "{number:#x}");
+            assert!(!survival.survives(0, &mut rng), "{number:#x}");
+        }
+    }
+
+    #[test]
+    fn comb_with_its_first_tooth_at_zero_hits_no_weight_of_zero() {
+        // Teeth at 0, 2, 4 and 6 of 8.
+        let mut rng = Constant(0);
+        let mut survival = Survival::new(SurvivalRule::Systematic, 8, 4, &mut rng);
+        let survived = [0, 2, 6, 0].map(|weight| survival.survives(weight, &mut rng));
+        assert_eq!(survived, [false, true, true, false]);
+    }
+
     #[test]
     fn f52_all_weights_zero_means_nobody_survives() {
         for rule in [SurvivalRule::Systematic, SurvivalRule::Bernoulli] {

@@ -107,4 +107,23 @@ mod tests {
             "{asked} candidates: the table saves nothing"
         );
     }
+
+    #[test]
+    fn no_sensor_is_asked_about_a_cell_that_its_lobe_keeps_away_from() {
+        let lobe = Lobe::of(&Photometry::VCNL4020);
+        let mounts: [Mount; SENSORS] = core::array::from_fn(|index| Ring::AMIRO.mount(index));
+        let visibility = Visibility::of(&mounts, &lobe);
+        // 32 cells of 32 mm, the middle of the robot between the 16th and the 17th.
+        let centre = |cell: i32| (cell as f32 - 15.5) * 0.032;
+        for (row, column) in (0..32).flat_map(|row| (0..32).map(move |column| (row, column))) {
+            let place = Point::new(centre(column), centre(row));
+            for sensor in visibility.at(place).iter() {
+                let seen = mounts[sensor].sensor_from_body(place);
+                // Beside the line at 60 degrees, to the right of it positive.
+                let beside_m = 0.5 * (seen.y.abs() - crate::math::sqrt(3.0) * seen.x);
+                // Half a diagonal is 22.63 mm.
+                assert!(beside_m <= 0.0228, "{sensor}, {place:?}: {beside_m} m");
+            }
+        }
+    }
 }

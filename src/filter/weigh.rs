@@ -217,6 +217,100 @@ mod tests {
         }
     }
 
+    /// The place at a bearing of sensor 3, so many standard deviations of the sensor's own
+    /// behind its arc.
+    fn off_the_arc(model: &Model, degrees: f32, sigmas: f32) -> Point {
+        let echo = model.photometry.echo(78.0).unwrap();
+        let (sine, cosine) = math::sin_cos(degrees.to_radians());
+        let range = (echo.range_m + sigmas * echo.sigma_m) * model.lobe.at(cosine);
+        Ring::AMIRO
+            .mount(3)
+            .body_from_sensor(Point::new(range * cosine, range * sine))
+    }
+
+    #[test]
+    fn the_sensor_s_noise_bends_with_the_lobe_as_its_arc_does() {
+        // Without a model error the distance in standard deviations is the same at
+        // every bearing.
+        let model = model(FilterParameters {
+            model_error_m: 0.0,
+            ..FilterParameters::PAPER
+        });
+        let scan = scan(&model, only(3, TENTH));
+        for degrees in [-55.0, -30.0, 0.0, 50.0] {
+            for (sigmas, expected) in [(1.0, 0.606_53), (-2.0, 0.135_34)] {
+                let view = scan.weigh(&model, off_the_arc(&model, degrees, sigmas));
+                // A tenth of a millimetre is 4 % of a standard deviation; f32 and the
+                // lobe's table are a thousandth of that.
+                assert!(
+                    (view.weight - expected).abs() < 2e-3,
+                    "{degrees} degrees, {sigmas} sigma: {view:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn support_ends_where_it_is_less_than_half_a_stored_unit() {
+        // exp(-12) at the square root of 24, 4.899 sigma.
+        let model = model(FilterParameters {
+            model_error_m: 0.0,
+            ..FilterParameters::PAPER
+        });
+        let scan = scan(&model, only(3, TENTH));
+        for sign in [-1.0, 1.0] {
+            let inside = scan.weigh(&model, off_the_arc(&model, 0.0, 4.85 * sign));
+            assert!((5e-6..1e-5).contains(&inside.weight), "{inside:?}");
+            let outside = scan.weigh(&model, off_the_arc(&model, 0.0, 4.95 * sign));
+            assert_eq!(outside.weight.to_bits(), 0, "{outside:?}");
+            assert_eq!(outside.packed_weight(), 0);
+        }
+    }
+
+    #[test]
+    fn a_place_is_seen_past_from_the_side_margin_in_front_of_the_arc() {
+        for side_margin in [1.0, 2.0] {
+            let model = model(FilterParameters {
+                model_error_m: 0.0,
+                side_margin,
+                ..FilterParameters::PLUS
+            });
+            let scan = scan(&model, only(3, TENTH));
+            for (sigmas, seen_past) in [
+                (-side_margin - 0.05, true),
+                (-side_margin + 0.05, false),
+                (-0.1, false),
+                (side_margin + 0.5, false),
+                (6.0, false),
+            ] {
+                let view = scan.weigh(&model, off_the_arc(&model, 20.0, sigmas));
+                assert_eq!(
+                    (view.in_view, view.seen_past),
+                    (true, seen_past),
+                    "margin {side_margin}, {sigmas} sigma"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_weight_is_stored_in_65535_parts_beside_what_was_seen() {
+        let view = |weight| View {
+            weight,
+            in_view: true,
+            seen_past: false,
+        };
+        for (weight, stored) in [(0.0, 0), (0.2, 13_107), (0.5, 32_768), (1.0, 65_535)] {
+            assert_eq!(view(weight).packed_weight(), stored, "{weight}");
+        }
+        assert_eq!(view(1.0).flags(), View::IN_VIEW);
+        let past = View {
+            seen_past: true,
+            ..view(1.0)
+        };
+        assert_eq!(past.flags(), View::IN_VIEW | View::SEEN_PAST);
+    }
+
     #[test]
     fn supports_join_by_de_morgan() {
         // Both front sensors, a place between them on both arcs' one-sigma side.

@@ -113,6 +113,16 @@ mod tests {
     }
 
     #[test]
+    fn f58_what_a_life_became_is_read_from_the_words_it_left() {
+        let mut lives = after(&[1, 2, 3]);
+        assert_eq!(lives.alive_ms(), 0, "a life begins");
+        lives.live_on(4_321);
+        let read = Lives::from_words(lives.to_words());
+        assert_eq!(read, Some(lives));
+        assert_eq!(read.map(|lives| lives.alive_ms()), Some(4_321));
+    }
+
+    #[test]
     fn f58_power_and_the_reset_pin_begin_anew() {
         let lives = after(&[300, 300, 300]);
         assert_eq!(Lives::begin(lives.to_words(), false), Lives::FIRST);

@@ -84,6 +84,25 @@ mod tests {
     }
 
     #[test]
+    fn a_step_that_takes_its_whole_budget_is_in_time() {
+        let mut guard = LoadGuard::new(100_000);
+        assert!((0..100).all(|_| guard.took(100_000, 1000).is_none()));
+        assert_eq!(guard.took(100_001, 1000), None);
+        assert_eq!(guard.took(100_001, 1000), None);
+        assert_eq!(guard.took(100_001, 1000), Some(750));
+    }
+
+    #[test]
+    fn f40_a_configuration_begins_again_with_the_first_quarter() {
+        let mut guard = LoadGuard::new(100_000);
+        let mut said = || (0..3).find_map(|_| guard.took(130_000, 1000));
+        assert_eq!((said(), said()), (Some(750), Some(500)));
+        guard.start_over();
+        let again = (0..3).find_map(|_| guard.took(130_000, 1000));
+        assert_eq!(again, Some(750));
+    }
+
+    #[test]
     fn at_least_one_particle_is_left() {
         let mut guard = LoadGuard::new(1);
         let said: Vec<_> = (0..16).filter_map(|_| guard.took(2, 1)).collect();

@@ -129,7 +129,36 @@ mod tests {
         ] {
             assert_eq!(ResetCause::of_flags(csr), cause, "{csr:#x}");
         }
-        assert!(!ResetCause::Power.may_be_death());
-        assert!(!ResetCause::Pin.may_be_death());
+    }
+
+    #[test]
+    fn f59_each_reset_flag_alone_has_its_cause() {
+        // RM0090, 7.3.21, from bit 31 down: low power, window watchdog, independent
+        // watchdog, software, power, pin, brown-out. Bit 24 clears them and says nothing.
+        for (bit, cause) in [
+            (31, ResetCause::Pin),
+            (30, ResetCause::Watchdog),
+            (29, ResetCause::Watchdog),
+            (28, ResetCause::Software),
+            (27, ResetCause::Power),
+            (26, ResetCause::Pin),
+            (25, ResetCause::Power),
+            (24, ResetCause::Unknown),
+        ] {
+            assert_eq!(ResetCause::of_flags(1 << bit), cause, "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn f58_only_what_the_image_can_do_itself_is_held_against_it() {
+        for (cause, may_be_death) in [
+            (ResetCause::Software, true),
+            (ResetCause::Watchdog, true),
+            (ResetCause::Unknown, true),
+            (ResetCause::Power, false),
+            (ResetCause::Pin, false),
+        ] {
+            assert_eq!(cause.may_be_death(), may_be_death, "{cause:?}");
+        }
     }
 }

@@ -3,6 +3,7 @@ use embedded_hal::i2c::ErrorKind;
 use super::super::fake::{Bus, NACK};
 use super::super::sensor_state::{SensorFault, SensorState};
 use super::super::vcnl4020::SATURATED;
+use super::timing::CONFIGURING_CLOCKS;
 use super::*;
 use crate::driver::BusFault;
 use crate::driver::pca9544a::{self, ADDRESS_AMIRO, Channel};
@@ -108,6 +109,34 @@ fn a_usual_round_takes_the_documented_time() {
     assert_eq!(USUAL_ROUND_CLOCKS, 852);
     let shortest = (0..10).map(|_| bench.round()).min();
     assert_eq!(shortest, Some(usual_ns));
+}
+
+#[test]
+fn a_round_that_finds_its_sensors_reset_takes_the_documented_time() {
+    // 20 + 20 to select, 39 + 39 to look, 29 + 47 + 29 to set, 20 to confirm.
+    assert_eq!(CONFIGURING_CLOCKS, 243);
+    let mut bench = Bench::running();
+    for part in &mut bench.bus.parts {
+        part.reset();
+    }
+    let clocks = 4 * CONFIGURING_CLOCKS;
+    assert_eq!(bench.round(), u64::from(clocks) * bench.bus.clock_ns);
+}
+
+#[test]
+fn the_longest_round_is_bounded_at_every_speed_of_the_bus() {
+    for (bus_hz, longest_us) in [
+        // Twice 1204 clocks, all before second visits are over.
+        (1_000_000, 2_408),
+        // Begun just before 6 ms, and 301 clocks more.
+        (300_000, 6_000 + 1_004),
+        // 1204 clocks take 6 ms to the microsecond: no second visit begins.
+        (200_667, 6_000),
+        // No bus is that slow; nothing is divided by zero.
+        (0, 1_204_000_000),
+    ] {
+        assert_eq!(longest_round_us(bus_hz), longest_us, "{bus_hz} Hz");
+    }
 }
 
 #[test]

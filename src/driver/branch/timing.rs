@@ -17,7 +17,7 @@ const READING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
 
 /// Clocks of a visit that finds its sensor reset and configures it.
-const CONFIGURING_CLOCKS: u32 =
+pub(super) const CONFIGURING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
 
 /// Clocks of the longest visit: selection unknown, and a torn value.
