@@ -367,6 +367,36 @@ fn f06_at_boot_as_well() {
 }
 
 #[test]
+fn f07_each_read_back_that_names_another_channel_is_counted() {
+    let mut bench = Bench::running();
+    // Takes no selection: four sensors, two visits each.
+    bench.bus.mux_fault = |bus, _| bus.mux = 0;
+    bench.round();
+    assert_eq!(bench.branch.counters().wrong_channel, 8);
+}
+
+#[test]
+fn f01_a_silent_sensor_is_visited_twice_a_round_and_once_a_second_when_it_is_missing() {
+    let mut bench = Bench::running();
+    bench.bus.parts[3].present = false;
+    bench.bus.mux_fault = |bus, written| {
+        bus.mux = written.unwrap_or(bus.mux);
+        bus.events += u64::from(written == Some(7));
+    };
+    let mut visits = || {
+        bench.bus.events = 0;
+        bench.round();
+        bench.bus.events
+    };
+    assert_eq!([(); 3].map(|()| visits()), [2, 2, 2]);
+    let later: Vec<u64> = (0..1_250).map(|_| visits()).collect();
+    // 10 s: nine or ten times, no second visit.
+    let all: u64 = later.iter().sum();
+    assert!((9..=10).contains(&all), "{all}");
+    assert_eq!(later.iter().max(), Some(&1));
+}
+
+#[test]
 fn f07_of_a_million_mux_faults_none_credits_a_reading_to_the_wrong_sensor() {
     let mut bench = Bench::new();
     bench.rounds(12);
