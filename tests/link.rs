@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::config::{Config, Source};
 use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, STORE_BYTES};
-use amiro_ipf::event::{BoardStatus, Boot, ClockSource, Event, Status};
+use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
@@ -19,11 +19,12 @@ use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::Sample;
 use amiro_ipf::wire::{
-    Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WINDOW, WIRE_VERSION,
+    Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WIRE_VERSION,
 };
 use sim_harness::bus::RobotBuses;
 use sim_harness::link::{
-    Board, Comparison, LinkError, Verdict, drive, measure_offsets, offsets_in_words, record,
+    Board, Comparison, LinkError, Verdict, boot_on_host, drive, measure_offsets, offsets_in_words,
+    record,
 };
 use sim_harness::log::read_from;
 use sim_harness::run;
@@ -345,7 +346,7 @@ fn f65_frames_that_the_board_dropped_are_found() {
         ..Status::default()
     };
     comparison.meet(&Event::Status(status));
-    let verdict = comparison.verdict(Some(&boot()), 0);
+    let verdict = comparison.verdict(Some(&boot_on_host(800)), 0);
     assert_fails_because(&verdict, &["the board dropped 3 frames"]);
     assert_eq!(verdict.reasons.len(), 1, "{verdict}");
 }
@@ -631,22 +632,10 @@ fn the_run_that_a_board_was_amid_is_not_recorded() {
     );
 }
 
-fn boot() -> Boot {
-    Boot {
-        wire_version: WIRE_VERSION,
-        build_id: BUILD_ID,
-        capacity: 800,
-        window: WINDOW,
-        baud: 0,
-        clock: ClockSource::Host,
-        core_hz: 0,
-    }
-}
-
 /// What a terminal that hears `bytes` says, and how many frames it found broken.
 fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Event>, u32) {
     let mut particles = Box::new(ParticleSet::<800>::new());
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot(), 3);
+    let mut terminal = Terminal::new(Node::new(&mut particles), boot_on_host(800), 3);
     let mut said = Vec::new();
     for byte in bytes {
         terminal.receive(byte, &mut |frame, _| said.extend_from_slice(frame));
@@ -763,7 +752,7 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
             stamp_us: u64::MAX,
             samples: [Sample::Counts(i32::MIN); 8],
         }),
-        Message::Event(Event::Boot(boot())),
+        Message::Event(Event::Boot(boot_on_host(800))),
         Message::Event(Event::Configured(bad_config)),
         Message::Truth(Truth::Seed(1)),
     ];

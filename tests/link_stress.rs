@@ -18,22 +18,20 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::{BoardStatus, Boot, ClockSource, Event, ParticleEvent, Particles, Status};
+use amiro_ipf::event::StepBegun;
+use amiro_ipf::event::{BoardStatus, Event, ParticleEvent, Particles, Status};
 use amiro_ipf::filter::{Outcome, ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{
-    Decoder, Encoder, Importance, Message, Received, Terminal, WINDOW, WIRE_VERSION,
-};
-use amiro_ipf::{BUILD_ID, event::StepBegun};
+use amiro_ipf::wire::{Decoder, Encoder, Importance, Message, Received, Terminal};
 use serialport::{SerialPort, TTYPort};
 use sim_harness::evaluation::{DriveScores, Truth};
 use sim_harness::link::{
-    Account, Board, FrameTally, LineRun, LineTally, LinkError, LossyLine, News, QemuOptions, drive,
-    record,
+    Account, Board, FrameTally, LineRun, LineTally, LinkError, LossyLine, News, QemuOptions,
+    boot_on_host, drive, record,
 };
 use sim_harness::mapping::CountingMapper;
 use sim_harness::world::{Options, Scenario, simulate_with};
@@ -324,7 +322,7 @@ impl SlowBoard {
     fn new(boot_id: u8) -> Self {
         // One of a handful in the whole program.
         let particles = Box::leak(Box::new(ParticleSet::new()));
-        let mut terminal = Terminal::new(Node::new(particles), boot(), boot_id);
+        let mut terminal = Terminal::new(Node::new(particles), boot_on_host(800), boot_id);
         let (mut queue, mut sent, mut status) = (VecDeque::new(), 0, BoardStatus::default());
         terminal.introduce(&mut |frame, importance| {
             enqueue(&mut queue, &mut sent, &mut status, frame, importance);
@@ -401,18 +399,6 @@ fn enqueue(
         status.sent_frames += 1;
     } else {
         status.dropped_frames += 1;
-    }
-}
-
-fn boot() -> Boot {
-    Boot {
-        wire_version: WIRE_VERSION,
-        build_id: BUILD_ID,
-        capacity: 800,
-        window: WINDOW,
-        baud: 0,
-        clock: ClockSource::Host,
-        core_hz: 0,
     }
 }
 

@@ -9,9 +9,8 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::BUILD_ID;
 use amiro_ipf::config::{Choice, Config, Source, StepRule};
-use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
+use amiro_ipf::event::{Event, OffsetReport, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::health::Health;
@@ -19,11 +18,9 @@ use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::WheelSpeeds;
 use amiro_ipf::node::Node;
 use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{
-    Encoder, FrameError, MAX_FRAME, Message, Outgoing, Terminal, Truth, WINDOW, WIRE_VERSION,
-};
+use amiro_ipf::wire::{Encoder, FrameError, MAX_FRAME, Message, Outgoing, Terminal, Truth};
 use proptest::prelude::*;
-use sim_harness::link::Comparison;
+use sim_harness::link::{Comparison, boot_on_host};
 use sim_harness::log::{
     Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
 };
@@ -287,17 +284,8 @@ struct LiveBoard<'a> {
 impl<'a> LiveBoard<'a> {
     /// As after a reset: it says who speaks and with what it begins.
     fn new(particles: &'a mut ParticleSet<800>, own: Config) -> Self {
-        let boot = Boot {
-            wire_version: WIRE_VERSION,
-            build_id: BUILD_ID,
-            capacity: 800,
-            window: WINDOW,
-            baud: 0,
-            clock: ClockSource::Host,
-            core_hz: 0,
-        };
         let mut board = Self {
-            terminal: Terminal::new(Node::new(particles), boot, 7),
+            terminal: Terminal::new(Node::new(particles), boot_on_host(800), 7),
             host: Encoder::new(0xa5),
             said: Vec::new(),
         };

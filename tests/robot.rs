@@ -5,15 +5,16 @@
 use amiro_ipf::can::TransmittedPose;
 use amiro_ipf::config::{Config, Source};
 use amiro_ipf::driver::{SensorFault, SensorState};
-use amiro_ipf::event::{Boot, ClockSource, Event, Particles};
+use amiro_ipf::event::{Event, Particles};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
-use amiro_ipf::wire::{Encoder, Outgoing, Terminal, WIRE_VERSION};
+use amiro_ipf::wire::{Encoder, Outgoing, Terminal};
 use sim_harness::evaluation::{Scores, standard};
+use sim_harness::link::boot_on_host;
 use sim_harness::log;
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
@@ -603,17 +604,8 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
         particles_per_sensor: 100,
         ..scenario.config(Profile::Plus)
     };
-    let boot = Boot {
-        wire_version: WIRE_VERSION,
-        build_id: amiro_ipf::BUILD_ID,
-        capacity: CAPACITY as u32,
-        window: 8,
-        baud: 2_000_000,
-        clock: ClockSource::Host,
-        core_hz: 0,
-    };
     let mut particles = set();
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot, 7);
+    let mut terminal = Terminal::new(Node::new(&mut particles), boot_on_host(CAPACITY as u32), 7);
     let mut line = Vec::new();
     let mut send = |frame: &[u8], _| line.extend_from_slice(frame);
     terminal.introduce(&mut send);

@@ -25,7 +25,6 @@ pub enum Received {
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8, MAX_FRAME, u8>,
-    overflowed: bool,
     expected: Option<(u8, u16)>,
 }
 
@@ -35,7 +34,6 @@ impl Decoder {
     pub const fn new() -> Self {
         Self {
             bytes: Vec::new(),
-            overflowed: false,
             expected: None,
         }
     }
@@ -43,22 +41,18 @@ impl Decoder {
     /// Takes one byte; says something at every zero byte that ends more than nothing.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
         if byte != 0 {
-            self.overflowed |= self.bytes.push(byte).is_err();
+            // What fills the buffer is too long for a frame, whatever else there is of it.
+            let _ = self.bytes.push(byte);
             return None;
         }
         if self.bytes.is_empty() {
             return None;
         }
-        let received = if self.overflowed {
-            Received::Broken(FrameError::TooLong)
-        } else {
-            match Frame::decode(&mut self.bytes) {
-                Ok(frame) => self.number(frame),
-                Err(error) => Received::Broken(error),
-            }
+        let received = match Frame::decode(&mut self.bytes) {
+            Ok(frame) => self.number(frame),
+            Err(error) => Received::Broken(error),
         };
         self.bytes.clear();
-        self.overflowed = false;
         Some(received)
     }
 
@@ -77,5 +71,30 @@ impl Decoder {
         };
         self.expected = Some((frame.boot_id, frame.sequence.wrapping_add(1)));
         Received::Frame { frame, lost }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_unfinished_from_its_first_byte_to_its_zero_byte() {
+        let mut decoder = Decoder::new();
+        for (byte, is_inside) in [(0, false), (3, true), (7, true), (0, false), (0, false)] {
+            decoder.push(byte);
+            assert_eq!(decoder.is_inside_frame(), is_inside);
+        }
+    }
+
+    #[test]
+    fn f62_what_is_longer_than_any_frame_is_one_piece() {
+        for length in [MAX_FRAME, MAX_FRAME + 1, 10 * MAX_FRAME] {
+            let mut decoder = Decoder::new();
+            assert!((0..length).all(|_| decoder.push(1).is_none()));
+            let too_long = Received::Broken(FrameError::TooLong);
+            assert_eq!(decoder.push(0), Some(too_long), "{length} bytes");
+            assert!(!decoder.is_inside_frame());
+        }
     }
 }

@@ -27,6 +27,21 @@ const PATROL_US: u64 = 500;
 /// measurement of the offsets ends and is written: 62 rounds.
 const SETTLED_US: u64 = 500_000;
 
+/// How a board introduces itself that is no microcontroller, with room for so many
+/// particles.
+#[must_use]
+pub fn boot_on_host(capacity: u32) -> Boot {
+    Boot {
+        wire_version: WIRE_VERSION,
+        build_id: BUILD_ID,
+        capacity,
+        window: WINDOW,
+        baud: 0,
+        clock: ClockSource::Host,
+        core_hz: 0,
+    }
+}
+
 impl Board {
     /// A board that runs on a thread. `on_line` sees every frame that the board sends
     /// and says whether it arrives; a frame may be changed on the way.
@@ -53,15 +68,7 @@ impl Board {
         let (to_host, from_board) = channel::<Vec<u8>>();
         thread::spawn(move || {
             let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
-            let boot = Boot {
-                wire_version: WIRE_VERSION,
-                build_id: BUILD_ID,
-                capacity: CAPACITY as u32,
-                window: WINDOW,
-                baud: 0,
-                clock: ClockSource::Host,
-                core_hz: 0,
-            };
+            let boot = boot_on_host(CAPACITY as u32);
             let mut terminal = Terminal::new(Node::new(&mut particles), boot, 0);
             let mut send = |frame: &[u8], _| {
                 let mut frame = frame.to_vec();

@@ -32,6 +32,7 @@ pub use image::{Image, ImageError, Layout, build_image};
 pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
 pub use line_run::{LineOutcome, LineRun};
 pub use lockstep::drive;
+pub use memory::boot_on_host;
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use order::InOrder;
 pub use post_mortem::post_mortem_in_words;
