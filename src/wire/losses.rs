@@ -77,6 +77,20 @@ mod tests {
     }
 
     #[test]
+    fn half_a_circle_ahead_is_a_step_backward() {
+        assert_eq!(total(&[good(0), good(32_767)]), 32_767);
+        assert_eq!(total(&[good(0), good(32_768)]), 1);
+    }
+
+    #[test]
+    fn a_piece_of_another_session_hides_no_gap_of_this_one() {
+        let mut losses = Losses::new();
+        assert_eq!(losses.take(&BROKEN), 1);
+        losses.start_over();
+        assert_eq!(losses.take(&good(1)), 1);
+    }
+
+    #[test]
     fn a_frame_that_comes_again_is_one_loss_not_65535() {
         assert_eq!(total(&[good(0), good(65_535), good(0)]), 1);
     }

@@ -224,10 +224,13 @@ fn transmit(encoder: &mut Encoder, event: &Event, send: &mut impl FnMut(&[u8], I
 
 #[cfg(test)]
 mod tests {
-    use super::super::WIRE_VERSION;
+    use super::super::{Decoder, WIRE_VERSION};
     use super::*;
+    use crate::config::Config;
     use crate::event::ClockSource;
-    use crate::filter::ParticleSet;
+    use crate::filter::{ParticleSet, Profile};
+    use crate::geometry::Pose;
+    use crate::sensor::Sample;
 
     const BOOT: Boot = Boot {
         wire_version: WIRE_VERSION,
@@ -260,6 +263,103 @@ mod tests {
         // Was 65 536 less the frames of the session before.
         assert_eq!(broken_frames_after(&[10, 10]), 0);
         assert_eq!(broken_frames_after(&[40_000, 10]), 0);
+    }
+
+    /// What a terminal says to inputs: events, and how each may be treated.
+    fn said(
+        terminal: &mut Terminal<'_, 8>,
+        host: &mut Encoder,
+        inputs: &[Input],
+    ) -> Vec<(Event, Importance)> {
+        let (mut decoder, mut said) = (Decoder::new(), Vec::new());
+        let mut take = |frame: &[u8], importance| {
+            for received in frame.iter().filter_map(|byte| decoder.push(*byte)) {
+                if let Received::Frame { frame, .. } = received
+                    && let Message::Event(event) = frame.message
+                {
+                    said.push((event, importance));
+                }
+            }
+        };
+        for input in inputs {
+            for byte in host.encode(Outgoing::Input(input)) {
+                terminal.receive(*byte, &mut take);
+            }
+        }
+        said
+    }
+
+    fn refusals(said: &[(Event, Importance)]) -> Vec<Option<Fault>> {
+        let answer = |(event, _): &(Event, Importance)| match event {
+            Event::Answer { refused, .. } => Some(*refused),
+            _ => None,
+        };
+        said.iter().filter_map(answer).collect()
+    }
+
+    #[test]
+    fn in_safe_mode_greetings_are_answered_and_all_else_is_refused() {
+        let mut particles = ParticleSet::<8>::new();
+        let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 0);
+        let mut host = Encoder::new(0xa5);
+        let inputs = [
+            Input::Hello,
+            Input::Calibrate,
+            Input::Configure(small_config()),
+        ];
+        let well = refusals(&said(&mut terminal, &mut host, &inputs));
+        assert_eq!(well, [None; 3]);
+        assert!(terminal.take_calibration());
+        terminal.enter_safe_mode();
+        let safe = refusals(&said(&mut terminal, &mut host, &inputs));
+        let refused = Some(Fault::SafeMode);
+        assert_eq!(safe, [None, refused, refused]);
+        assert!(!terminal.take_calibration());
+    }
+
+    #[test]
+    fn a_wish_for_new_offsets_is_handed_on_once() {
+        let mut particles = ParticleSet::<8>::new();
+        let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 0);
+        assert!(!terminal.take_calibration());
+        let wishes = [Input::Calibrate, Input::Calibrate];
+        said(&mut terminal, &mut Encoder::new(0xa5), &wishes);
+        assert!(terminal.take_calibration());
+        assert!(!terminal.take_calibration());
+    }
+
+    #[test]
+    fn particles_are_details_and_everything_else_is_not() {
+        let mut particles = ParticleSet::<8>::new();
+        let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 0);
+        let samples = [Sample::Counts(60); 8];
+        let moved = |stamp_us, x| Input::Odometry {
+            stamp_us,
+            pose: Pose::new(x, 0.0, 0.0),
+        };
+        let mut inputs = Vec::from([Input::Hello, Input::Configure(small_config())]);
+        for step in 0..3_u8 {
+            let stamp_us = 100_000 * u64::from(step);
+            inputs.push(moved(stamp_us, 0.02 * f32::from(step)));
+            inputs.push(Input::Proximity { stamp_us, samples });
+        }
+        let said = said(&mut terminal, &mut Encoder::new(0xa5), &inputs);
+        let details = said
+            .iter()
+            .filter(|(_, importance)| *importance == Importance::Detail);
+        assert!(details.clone().count() > 0, "{said:?}");
+        for (event, importance) in &said {
+            let is_detail = matches!(event, Event::Particles(_));
+            assert_eq!(*importance == Importance::Detail, is_detail, "{event:?}");
+        }
+    }
+
+    /// One particle a sensor, as many as fit here.
+    fn small_config() -> Config {
+        Config {
+            particles_per_sensor: 1,
+            ..Config::amiro(Profile::Plus)
+        }
     }
 
     #[test]
