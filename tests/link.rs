@@ -625,7 +625,14 @@ fn the_run_that_a_board_was_amid_is_not_recorded() {
     assert!(
         matches!(
             recording.events.as_slice(),
-            [Event::Configured(_), Event::Answer { refused: None, .. }]
+            [
+                Event::Configured(_),
+                Event::Answer { refused: None, .. },
+                // To the recorder's second greeting.
+                Event::Boot(_),
+                Event::Offsets(_),
+                Event::Answer { refused: None, .. },
+            ]
         ),
         "{:?}",
         recording.events
