@@ -1,7 +1,6 @@
 //! The part: what it says on the bus, and what it sees.
 
-use std::collections::VecDeque;
-
+use super::light::Light;
 use super::registers::{PROXIMITY_NS, Registers, Timing};
 use crate::bus::{Device, Fault, SensorFault};
 
@@ -20,24 +19,6 @@ enum Talk {
     Write,
     /// The next byte is asked for.
     Read,
-}
-
-/// What the sensor sees, in counts.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Light {
-    signal: u16,
-    coming: VecDeque<u16>,
-    pub(super) ambient: u16,
-}
-
-impl Light {
-    /// What the next proximity measurement gives.
-    pub(super) fn next_signal(&mut self) -> u16 {
-        if let Some(signal) = self.coming.pop_front() {
-            self.signal = signal;
-        }
-        self.signal
-    }
 }
 
 /// The sensor.
@@ -124,13 +105,12 @@ impl Vcnl4020 {
     /// On a bus the time that has passed must be told before: see
     /// [`FakeBus::parts_mut`](crate::bus::FakeBus::parts_mut).
     pub fn set_signal(&mut self, raw: u16) {
-        self.light.coming.clear();
-        self.light.signal = raw;
+        self.light.set_signal(raw);
     }
 
     /// What the next proximity measurements give, one after the other; the last stays.
     pub fn queue_signals(&mut self, raw: impl IntoIterator<Item = u16>) {
-        self.light.coming.extend(raw);
+        self.light.queue_signals(raw);
     }
 
     /// What ambient measurements give from now on, in counts.

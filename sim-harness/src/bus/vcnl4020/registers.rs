@@ -1,7 +1,7 @@
 //! The registers and what the part does by itself.
 
 use super::cadence::Cadence;
-use super::part::Light;
+use super::light::Light;
 use super::thresholds::{Quantity, Thresholds};
 
 /// Register 0x81: product 2, revision 1.
