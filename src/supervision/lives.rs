@@ -120,6 +120,8 @@ mod tests {
         let read = Lives::from_words(lives.to_words());
         assert_eq!(read, Some(lives));
         assert_eq!(read.map(|lives| lives.alive_ms()), Some(4_321));
+        lives.live_on(u32::MAX);
+        assert_ne!(lives.alive_ms(), NONE, "however old, it was a life");
     }
 
     #[test]
