@@ -13,10 +13,11 @@
 //! buses as they behave on the wire, faults included, for the drivers to run against.
 //! A whole simulated robot ([`robot`]) drives through a world with them: its own senses
 //! give the inputs. What breaks in it, on the line or in a recording is said in the words
-//! of [`faults`].
+//! of [`faults`]. Whatever the program prints goes through [`console`].
 
 pub mod bus;
 pub mod calibration;
+pub mod console;
 mod escape;
 pub mod evaluation;
 pub mod faults;

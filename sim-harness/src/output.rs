@@ -6,6 +6,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use crate::escape::whole_escaped;
+
 /// A file that could not be written, and why.
 #[derive(Debug)]
 pub struct WriteError {
@@ -20,7 +22,7 @@ impl fmt::Display for WriteError {
         write!(
             formatter,
             "cannot write {}: {}",
-            self.path.display(),
+            whole_escaped(self.path.to_string_lossy().chars()),
             self.cause
         )
     }

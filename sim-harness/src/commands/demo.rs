@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
+use sim_harness::console;
 use sim_harness::evaluation::{Scores, Truth};
 use sim_harness::figures::{Picture, Window, beside};
 use sim_harness::world::{Scenario, simulate};
@@ -31,17 +32,12 @@ impl Demo {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         let scenario = Scenario::parse(MSOD)?;
-        println!("{}", scenario.about);
-        println!(
-            "Simulated, seed {}, 1000 particles for each of eight sensors.",
-            self.seed
-        );
-        println!();
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
         let mut surveys = Vec::new();
+        let mut report = Vec::new();
         for (name, profile) in profiles {
             let (survey, scores) = self.map(&scenario, profile)?;
-            println!("{name:>6}  {scores}");
+            report.push(format!("{name:>6}  {scores}"));
             surveys.push((name, survey));
         }
         // One window for both, so that the pictures lie side by side at one scale.
@@ -59,8 +55,18 @@ impl Demo {
         }
         let both = self.out.join("both.png");
         beside(&pictures).save_png(&both)?;
-        println!();
-        println!("Truth in red, path in blue: {}", both.display());
+        console::print(&scenario.about);
+        console::print(format_args!(
+            "Simulated, seed {}, 1000 particles for each of eight sensors.",
+            self.seed
+        ));
+        console::print("");
+        report.iter().for_each(console::print);
+        console::print("");
+        console::print(format_args!(
+            "Truth in red, path in blue: {}",
+            both.display()
+        ));
         Ok(Ending::Good)
     }
 

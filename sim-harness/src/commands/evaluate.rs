@@ -9,6 +9,7 @@ use std::time::Instant;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
+use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
     Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
@@ -107,25 +108,27 @@ impl Evaluate {
         let trials = comparison.run()?;
         let claims = verdicts(&paper_claims(), &trials);
         let bounds = verdicts(&self.bounds(), &trials);
+        if let Some(path) = &self.json {
+            output::write(path, json(&trials)?.as_bytes())?;
+        }
         evaluate_report::world(&comparison);
         evaluate_report::tables(&comparison, &trials);
         evaluate_report::paired(&comparison, &trials);
         evaluate_report::verdicts("Claims of the paper", &claims);
         evaluate_report::verdicts("Thresholds", &bounds);
         if self.seeds.end - self.seeds.start < ENOUGH_SEEDS {
-            println!("Thresholds are made for means over {ENOUGH_SEEDS} seeds or more.");
+            console::print(format_args!(
+                "Thresholds are made for means over {ENOUGH_SEEDS} seeds or more."
+            ));
         }
         evaluate_report::not_reproduced(&trials);
         let is_odometry_good = self.judge_odometry(&comparison, &trials)?;
-        if let Some(path) = &self.json {
-            output::write(path, json(&trials)?.as_bytes())?;
-        }
-        println!(
+        console::print(format_args!(
             "{} drives, {} maps, {:.1} s",
             comparison.scenarios.len() as u64 * (self.seeds.end - self.seeds.start),
             trials.len(),
             begun.elapsed().as_secs_f64()
-        );
+        ));
         if !self.check {
             return Ok(Ending::Good);
         }
@@ -143,12 +146,12 @@ impl Evaluate {
     /// The stepped series beside walls whose place is known.
     fn judge_recordings(&self, folder: &Path) -> Outcome {
         let report = recorded_walls(folder)?;
-        println!("{report}");
         if let Some(path) = &self.json {
             let mut json = serde_json::to_string_pretty(&report)?;
             json.push('\n');
             output::write(path, json.as_bytes())?;
         }
+        console::print_text(report);
         Ok(Ending::Good)
     }
 

@@ -1,5 +1,6 @@
 //! What `evaluate` prints: tables, comparisons, verdicts, and what was not reproduced.
 
+use sim_harness::console;
 use sim_harness::evaluation::{
     Comparison, Figure, Measure, Method, Spread, Trial, Trials, Verdict,
 };
@@ -10,24 +11,26 @@ const ODOMETRY_LOSS_AT_MOST: f64 = 0.005;
 /// The world that was driven through, where it is not the filter's own.
 pub(super) fn world(comparison: &Comparison) {
     let options = &comparison.options;
-    println!(
+    console::print(format_args!(
         "Simulated; physics {}, odometry {}.",
         options.physics, options.odometry
-    );
+    ));
     if let Some(alpha) = comparison.alpha_counts_m2 {
-        println!("Filters and ISM believe in alpha = {alpha:.3} counts m^2.");
+        console::print(format_args!(
+            "Filters and ISM believe in alpha = {alpha:.3} counts m^2."
+        ));
     }
-    println!();
+    console::print("");
 }
 
 /// The overall error with exact poses, with the AMiRo's odometry, and with the same
 /// taken for current when it arrives; whether the second costs little enough.
 pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
-    println!();
-    println!(
+    console::print("");
+    console::print(format_args!(
         "Odometry of the AMiRo, OE % of exact poses / as on its bus / the same without \
          prediction to the readings' time"
-    );
+    ));
     let mut all_hold = true;
     for scenario in &comparison.scenarios {
         for method in [Method::Paper, Method::Plus] {
@@ -39,7 +42,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
             let holds = amiro - exact <= ODOMETRY_LOSS_AT_MOST;
             all_hold &= holds;
             let percent = |share: f64| 100.0 * share;
-            println!(
+            console::print(format_args!(
                 "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points",
                 if holds { "PASS" } else { "FAIL" },
                 scenario.name,
@@ -47,7 +50,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
                 percent(amiro),
                 percent(undated.unwrap_or(f64::NAN)),
                 percent(amiro - exact)
-            );
+            ));
         }
     }
     all_hold
@@ -56,8 +59,8 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
 /// One table a scenario, one line a method.
 pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {
-        println!("{}: {}", scenario.name, scenario.about);
-        println!(
+        console::print(format_args!("{}: {}", scenario.name, scenario.about));
+        console::print(format_args!(
             "{:20} {:>12} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
             "means over the seeds",
             "OE % +- std",
@@ -72,23 +75,23 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
             "pathOE",
             "false",
             "frontier"
-        );
+        ));
         for method in &comparison.methods {
             if let Some(trials) = Trials::of(trials, &scenario.name, *method) {
-                println!("{}", line(*method, &trials));
+                console::print(format_args!("{}", line(*method, &trials)));
             }
         }
-        println!();
+        console::print("");
     }
-    println!(
+    console::print(format_args!(
         "OE: wrong of the classified cells at the best wall expansion, pathOE its mean over \
          eight snapshots; recall: visible surface found;"
-    );
-    println!(
+    ));
+    console::print(format_args!(
         "cover: visible free space classified; false, frontier: occupied cells in the openings, \
          frontier cells in the worse one (smallest seed)."
-    );
-    println!();
+    ));
+    console::print("");
 }
 
 fn line(method: Method, trials: &Trials) -> String {
@@ -124,7 +127,9 @@ fn line(method: Method, trials: &Trials) -> String {
 
 /// The overall error of each filter against the inverse sensor model, drive by drive.
 pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
-    println!("OE on the same readings, filter less ISM: percentage points +- standard error");
+    console::print(format_args!(
+        "OE on the same readings, filter less ISM: percentage points +- standard error"
+    ));
     for scenario in &comparison.scenarios {
         for filter in [Method::Paper, Method::Plus, Method::PlusCarving] {
             for model in [Method::IsmStandard, Method::IsmTuned] {
@@ -132,15 +137,15 @@ pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
                 if let Some((its, models)) = of(filter).zip(of(model)) {
                     let differences = its.less(&models, Measure::Oe);
                     let name = &scenario.name;
-                    println!(
+                    console::print(format_args!(
                         "{name:6} {filter:12} - {model:12} {}",
                         paired_line(&differences)
-                    );
+                    ));
                 }
             }
         }
     }
-    println!();
+    console::print("");
 }
 
 fn paired_line(differences: &[Option<f64>]) -> String {
@@ -165,16 +170,21 @@ fn paired_line(differences: &[Option<f64>]) -> String {
 /// Verdicts under a heading, failures counted.
 pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
     let failed = verdicts.iter().filter(|verdict| !verdict.holds()).count();
-    println!("{heading}: {} judged, {failed} failed", verdicts.len());
+    console::print(format_args!(
+        "{heading}: {} judged, {failed} failed",
+        verdicts.len()
+    ));
     for verdict in verdicts {
-        println!("{verdict}");
+        console::print_text(verdict);
     }
-    println!();
+    console::print("");
 }
 
 /// What the paper claims and these figures do not show.
 pub(super) fn not_reproduced(trials: &[Trial]) {
-    println!("Not reproduced: a range that is almost doubled (section 5.2).");
+    console::print(format_args!(
+        "Not reproduced: a range that is almost doubled (section 5.2)."
+    ));
     for scenario in ["ssso", "msso"] {
         let distances = [Method::Paper, Method::Plus, Method::IsmStandard].map(|method| {
             let trials = Trials::of(trials, scenario, method)?;
@@ -189,23 +199,25 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
         });
         let distances: Vec<_> = distances.into_iter().flatten().collect();
         if !distances.is_empty() {
-            println!(
+            console::print(format_args!(
                 "  {scenario}: hull's distance when two cells of the object are there: {}",
                 distances.join(", ")
-            );
+            ));
         }
     }
     for scenario in ["ssso", "msso", "msod"] {
         let oe = |method| Trials::of(trials, scenario, method)?.mean(Measure::Oe);
         let both = oe(Method::Paper).zip(oe(Method::IsmTuned));
         if let Some((filter, tuned)) = both.filter(|(filter, tuned)| filter >= tuned) {
-            println!(
+            console::print(format_args!(
                 "Not reproduced against the tuned ISM: lower OE in {scenario}, {:.1} and {:.1} %.",
                 100.0 * filter,
                 100.0 * tuned
-            );
+            ));
         }
     }
-    println!("Not judged: real blocks and sensors; the world here obeys the filter's own law.");
-    println!();
+    console::print(format_args!(
+        "Not judged: real blocks and sensors; the world here obeys the filter's own law."
+    ));
+    console::print("");
 }

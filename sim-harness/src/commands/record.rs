@@ -10,6 +10,7 @@ use amiro_ipf::fault::Fault;
 use amiro_ipf::health::Health;
 use amiro_ipf::sensor::SensorMask;
 use clap::Args;
+use sim_harness::console;
 use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
 
 use super::ailments::{ailments, counters, report_counters, status_counters};
@@ -67,7 +68,10 @@ impl Record {
                     last_health = *health;
                     let ailments = ailments(health);
                     if known.is_none() {
-                        eprintln!("\nseed {:?}, offsets {:?}", health.seed, health.offsets);
+                        console::warn(format_args!(
+                            "seed {:?}, offsets {:?}",
+                            health.seed, health.offsets
+                        ));
                     }
                     if known.as_ref() != Some(&ailments) {
                         let said = if ailments.is_empty() {
@@ -75,54 +79,50 @@ impl Record {
                         } else {
                             &ailments
                         };
-                        eprintln!("\n{said}");
+                        console::warn(said);
                         known = Some(ailments);
                     }
                 }
                 News::Event(Event::Supervision(supervision)) => {
                     let mode = target::unwell(supervision);
                     if mode != known_mode {
-                        eprintln!(
-                            "\n{}",
-                            mode.as_deref().unwrap_or("the board's mode: Normal")
-                        );
+                        console::warn(mode.as_deref().unwrap_or("the board's mode: Normal"));
                         known_mode = mode;
                     }
                 }
                 News::Event(Event::PostMortem(record)) => {
                     if known_end.as_ref() != Some(record) {
-                        eprintln!("\n{}", post_mortem_in_words(record));
+                        console::warn(post_mortem_in_words(record));
                         known_end = Some(record.clone());
                     }
                 }
-                News::Event(Event::BrokeOff { .. }) => eprintln!(
-                    "\nBrokeOff: the odometry broke off, what was found before shares no origin with what follows"
+                News::Event(Event::BrokeOff { .. }) => console::warn(
+                    "BrokeOff: the odometry broke off, what was found before shares no origin with what follows",
                 ),
                 News::Limited {
                     particles_per_sensor,
-                } => eprintln!(
-                    "\nLimit: steps take too long, {particles_per_sensor} particles a sensor from now on"
-                ),
+                } => console::warn(format_args!(
+                    "Limit: steps take too long, {particles_per_sensor} particles a sensor from now on"
+                )),
                 News::Event(_) | News::Away => {}
-                News::Vanished(error) => eprintln!("\n{error}; trying again"),
-                News::Back => eprintln!("the link is back"),
+                News::Vanished(error) => console::warn(format_args!("{error}; trying again")),
+                News::Back => console::warn("the link is back"),
                 News::Restarted { part } => {
                     known_end = None;
-                    eprintln!(
-                        "\nthe board started anew: what it says now goes to {}",
+                    console::warn(format_args!(
+                        "the board started anew: what it says now goes to {}",
                         self.part(part).display()
-                    );
+                    ));
                 }
-                News::Junk => eprintln!("\n{}", LinkError::Junk),
+                News::Junk => console::warn(LinkError::Junk),
             }
             end.is_none_or(|end| Instant::now() < end)
         });
-        eprintln!();
-        println!("{}", board.tally());
+        console::print_text(board.tally());
         report_counters(&[status_counters(&last_status), counters(&last_health)].concat());
         let cycles = last_status.board.step_cycles_max;
         if cycles > 0 {
-            println!("longest step: step_cycles_max {cycles}");
+            console::print(format_args!("longest step: step_cycles_max {cycles}"));
         }
         if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
             target::print_unwell(&mut board);
@@ -134,7 +134,7 @@ impl Record {
         } else {
             " and those before it"
         };
-        println!("{steps} steps in {}{files}", last.display());
+        console::print(format_args!("{steps} steps in {}{files}", last.display()));
         Ok(Ending::Good)
     }
 
@@ -169,9 +169,9 @@ fn say(status: &Status) {
         .iter()
         .map(|sensor| format!(", without sensor {sensor}"))
         .collect();
-    eprint!(
-        "\r\x1b[K{:.1} s, {} steps, {obstacle}{without}{fault}",
+    console::show_progress(format_args!(
+        "{:.1} s, {} steps, {obstacle}{without}{fault}",
         board.uptime_ms as f64 * 1e-3,
         node.steps
-    );
+    ));
 }

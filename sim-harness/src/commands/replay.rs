@@ -1,7 +1,6 @@
 //! `cargo ipf replay`: a recorded drive, filtered and mapped.
 
 use std::error::Error;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use amiro_ipf::config::{Config, Source, StepRule};
@@ -10,6 +9,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use sim_harness::console;
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
 use sim_harness::link::{
@@ -89,18 +89,18 @@ impl Replay {
     pub(super) fn run(self) -> Outcome {
         let recording = log::read(&self.file)?;
         if !recording.refusals.is_empty() {
-            eprintln!("{}", recording.refusals);
+            console::warn_text(&recording.refusals);
         }
         let config = as_replayed(self.settings.apply(recording.config)?);
         let scenario = scenario_of(&recording)?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
         let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
         for (text, seed) in told_faults {
-            println!("recorded with faults: {text}, seed {seed}");
+            console::print(format_args!("recorded with faults: {text}, seed {seed}"));
         }
         for event in &recording.events {
             if let Event::PostMortem(record) = event {
-                println!("recorded: {}", post_mortem_in_words(record));
+                console::print(format_args!("recorded: {}", post_mortem_in_words(record)));
             }
         }
         let inputs = self
@@ -115,7 +115,10 @@ impl Replay {
             return Err("--fault link=... disturbs a run on the host, not on a board".into());
         }
         if !self.fault.are_none() {
-            println!("with faults: {}, seed {}", self.fault, self.seed_of_faults);
+            console::print(format_args!(
+                "with faults: {}, seed {}",
+                self.fault, self.seed_of_faults
+            ));
         }
         let run = match self.on.as_str() {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
@@ -161,7 +164,10 @@ impl Replay {
         let lines = line.finish(&mut arrive);
         bar.finish_and_clear();
         if self.has_line_faults() {
-            println!("{}; {} damaged", lines.frames, lines.line.damaged);
+            console::print(format_args!(
+                "{}; {} damaged",
+                lines.frames, lines.line.damaged
+            ));
         }
         lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
@@ -244,9 +250,11 @@ impl Replay {
         }
         if self.count_instructions {
             let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
-            println!("longest step: {instructions:.2} million instructions (emulated)");
+            console::print(format_args!(
+                "longest step: {instructions:.2} million instructions (emulated)"
+            ));
         }
-        println!("{}", board.tally());
+        console::print_text(board.tally());
         let verdict = comparison.verdict(board.boot(), board.lost_frames());
         Ok(Run {
             ran_on,
@@ -257,7 +265,7 @@ impl Replay {
         })
     }
 
-    /// Prints what was found and writes the files.
+    /// Writes the files, then prints what was found.
     fn report(
         &self,
         config: &Config,
@@ -268,43 +276,18 @@ impl Replay {
     ) -> Result<(), Box<dyn Error>> {
         let survey = &run.survey;
         let figures = survey.figures();
-        println!(
-            "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
-            figures.steps,
-            figures.path_m,
-            figures
-                .mean_step_m
-                .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
-            figures.cells_occupied,
-            figures.cells_free
-        );
-        let broke_off = run.events.iter();
-        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
-        match broke_off.count() {
-            0 => {}
-            times => println!("BrokeOff {times} times: parts of the map share no origin"),
-        }
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
             let mut mapper = CountingMapper::new(scenario.cell_m);
             DriveScores::of(&mut mapper, &run.events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
-        if let Some(scores) = &scores {
-            println!("{}", scores.last);
-        }
-        if let Some(walls) = &walls {
-            println!("{walls}");
-        }
-        if let Some(comparison) = &run.comparison {
-            println!("{comparison}");
-        }
         std::fs::create_dir_all(&self.out)?;
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let picture = report::picture(survey, &name, scenario, None);
         report::save_map(survey, &picture, &self.out)?;
         self.save_stream(config, inputs, recording, &run.stream)?;
-        Summary {
+        let summary = Summary {
             format: recording.format.to_string(),
             refused: recording.refusals.count(),
             ran_on: run.ran_on,
@@ -313,8 +296,37 @@ impl Replay {
             scores: scores.as_ref().map(ScoreRecord::from),
             walls,
             comparison: run.comparison.clone(),
+        };
+        summary.save(&self.out)?;
+        let figures = &summary.figures;
+        console::print(format_args!(
+            "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
+            figures.steps,
+            figures.path_m,
+            figures
+                .mean_step_m
+                .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
+            figures.cells_occupied,
+            figures.cells_free
+        ));
+        let broke_off = run.events.iter();
+        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
+        match broke_off.count() {
+            0 => {}
+            times => console::print(format_args!(
+                "BrokeOff {times} times: parts of the map share no origin"
+            )),
         }
-        .save(&self.out)
+        if let Some(scores) = &scores {
+            console::print_text(&scores.last);
+        }
+        if let Some(walls) = &summary.walls {
+            console::print_text(walls);
+        }
+        if let Some(comparison) = &run.comparison {
+            console::print_text(comparison);
+        }
+        Ok(())
     }
 
     /// What was broken when it was recorded, and what is broken now.
@@ -397,13 +409,13 @@ fn as_replayed(config: Config) -> Config {
 
 fn warn_of_refused_inputs(outcome: &RunOutcome) {
     for (fault, count) in outcome.faults() {
-        eprintln!("{count} inputs refused: {fault:?}, {fault}");
+        console::warn(format_args!("{count} inputs refused: {fault:?}, {fault}"));
     }
 }
 
 /// A bar on a terminal, nothing in a pipe.
 fn progress(unit: &'static str, length: Option<u64>) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
+    if !console::is_interactive() {
         return ProgressBar::hidden();
     }
     let (bar, template) = match length {

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use amiro_ipf::event::Event;
 use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
+use sim_harness::console;
 use sim_harness::link::{Board, Image, Layout, QemuOptions, build_image, post_mortem_in_words};
 
 /// How long to wait for what a board says of itself once a second.
@@ -33,12 +34,12 @@ pub(super) fn reach(
 /// Greets a board and prints how it introduced itself, and how its last life ended.
 pub(super) fn greet(board: &mut Board) -> Result<(), Box<dyn Error>> {
     let boot = board.greet()?;
-    println!(
+    console::print(format_args!(
         "board up: build {:016x}, capacity {}, clock {:?} at {} Hz, {} baud",
         boot.build_id, boot.capacity, boot.clock, boot.core_hz, boot.baud
-    );
+    ));
     if let Some(record) = board.post_mortem() {
-        eprintln!("{}", post_mortem_in_words(record));
+        console::warn(post_mortem_in_words(record));
     }
     Ok(())
 }
@@ -59,9 +60,7 @@ pub(super) fn print_unwell(board: &mut Board) {
         && let Ok(event) = board.next_event()
     {
         if let Event::Supervision(supervision) = event {
-            unwell(&supervision)
-                .iter()
-                .for_each(|line| eprintln!("{line}"));
+            unwell(&supervision).iter().for_each(console::warn);
             return;
         }
     }

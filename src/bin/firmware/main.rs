@@ -44,8 +44,8 @@ mod watch;
 mod host;
 
 #[cfg(not(target_os = "none"))]
-fn main() {
-    host::print_budget();
+fn main() -> std::process::ExitCode {
+    host::print_budget()
 }
 
 #[cfg(target_os = "none")]

@@ -1,0 +1,52 @@
+//! The exit codes of the program, in one place.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use sim_harness::console::{self, Printed};
+use sim_harness::link::{LinkError, RecordError};
+
+use super::{Ending, Outcome};
+
+/// Each exit code and what it means; the help and `docs/faults.md` list the same.
+pub(super) const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  done, and what was to be shown does not hold: replay says DIFFERENT, offsets refused
+     a sensor or the board said nothing of its offsets, image has problems,
+     evaluate --check misses a threshold
+  2  not done: a word, a file or a board that is of no use, or replay --strict and a
+     recording with something left out
+  3  the board speaks another version of the protocol
+  5  done, and the files are whole, but standard output could not be written";
+
+/// The exit code of a command that ended.
+///
+/// A standard output that was closed changes nothing: `head` closes it on purpose.
+pub(super) fn of(outcome: Outcome) -> ExitCode {
+    let code = match outcome {
+        Ok(Ending::Good) => 0,
+        Ok(Ending::Failed) => 1,
+        Ok(Ending::Refused) => 2,
+        Err(error) => {
+            console::warn_text(format_args!("ipf: {error}"));
+            // A board of another version is no mistake of the caller's.
+            match link_error(&*error) {
+                Some(LinkError::Version { .. }) => 3,
+                _ => 2,
+            }
+        }
+    };
+    ExitCode::from(match (code, console::printed()) {
+        (0, Printed::Failed) => 5,
+        _ => code,
+    })
+}
+
+/// What is wrong with the link, whoever found it.
+fn link_error<'a>(error: &'a (dyn Error + 'static)) -> Option<&'a LinkError> {
+    match error.downcast_ref() {
+        Some(RecordError::Link(error)) => Some(error),
+        _ => error.downcast_ref(),
+    }
+}
