@@ -62,6 +62,19 @@ pub fn write_with(
     })
 }
 
+/// Checks that a file can be created beside `path`, as a new file of its name would be.
+///
+/// # Errors
+/// The folder is missing or not writable.
+pub fn check_folder_of(path: &Path) -> Result<(), WriteError> {
+    let failed = |cause| WriteError {
+        path: path.to_owned(),
+        cause,
+    };
+    let (partial, _) = create_beside(path).map_err(failed)?;
+    fs::remove_file(partial).map_err(failed)
+}
+
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let old = match fs::metadata(path) {
         Ok(metadata) => Some(metadata),

@@ -326,3 +326,294 @@ fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
         assert!(shown.contains(words), "{command:?}: {shown}");
     }
 }
+
+/// A board that sends statuses once it is configured, or refuses its configuration; it is
+/// reset after each configuration if `is_reset`.
+fn plug_recorded(is_reset: bool, refused: Option<Fault>) -> String {
+    let mut boots = 1;
+    plug(move |input| {
+        let boot_id = boots;
+        let (events, refused) = match input {
+            Some(Input::Hello) => (vec![boot(WIRE_VERSION)], None),
+            Some(Input::Configure(config)) => {
+                boots += u8::from(is_reset);
+                (vec![Event::Configured(*config)], refused)
+            }
+            _ => (vec![Event::Status(Status::default())], None),
+        };
+        Said {
+            boot_id,
+            events,
+            own: None,
+            refused,
+        }
+    })
+}
+
+fn names(folder: &Folder) -> Vec<String> {
+    let mut names: Vec<_> = std::fs::read_dir(&folder.0)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_existing_recording_is_not_truncated_when_the_board_refuses() {
+    let folder = Folder::new("refuses");
+    let out = folder.file("drive.ipf");
+    std::fs::write(&out, "a drive").unwrap();
+    std::fs::write(folder.file("drive.2.ipf"), "its second part").unwrap();
+    // Without --force no board is needed to know it.
+    let output = ipf(&["record", "--on", "/dev/null", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(
+        shown.contains("drive.ipf exists") && shown.contains("--force replaces it"),
+        "{shown}"
+    );
+    assert!(shown.contains("drive.3.ipf is free"), "{shown}");
+    // With it the board has to take its configuration first.
+    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let output = ipf(&["record", "--on", &port, "--force", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("TooManyParticles"), "{shown}");
+    assert_eq!(std::fs::read(&out).unwrap(), b"a drive");
+}
+
+#[test]
+fn a_board_that_refuses_its_configuration_leaves_no_file() {
+    let folder = Folder::new("no-file");
+    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    assert_eq!(output.status.code(), Some(2), "{}", printed(&output));
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_recording_is_replaced_with_force_once_the_board_is_configured() {
+    let folder = Folder::new("force");
+    let out = folder.file("drive.ipf");
+    std::fs::write(&out, "a drive").unwrap();
+    let port = plug_recorded(false, None);
+    let output = ipf(&[
+        "record",
+        "--on",
+        &port,
+        "--force",
+        "--seconds",
+        "1",
+        "--out",
+        &out,
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert_eq!(std::fs::read(&out).unwrap()[0], 0);
+    assert_eq!(names(&folder), ["drive.ipf"]);
+}
+
+#[test]
+fn a_part_that_nobody_named_is_not_overwritten_after_a_reset() {
+    let folder = Folder::new("parts");
+    let second = folder.file("drive.2.ipf");
+    std::fs::write(&second, "another drive").unwrap();
+    let port = plug_recorded(true, None);
+    let out = folder.file("drive.ipf");
+    // A board that is reset in a loop begins no more than a part each second.
+    let output = ipf(&[
+        "record",
+        "--on",
+        &port,
+        "--seconds",
+        "3",
+        "--force",
+        "--out",
+        &out,
+    ]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert_eq!(std::fs::read(&second).unwrap(), b"another drive");
+    assert!(shown.contains("it goes on in "), "{shown}");
+    assert!(Path::new(&folder.file("drive.3.ipf")).exists(), "{shown}");
+    assert!(names(&folder).len() <= 6, "{:?}", names(&folder));
+}
+
+/// Runs `record --seconds 1`; how long it took, and its output.
+fn recorded_for_a_second(port: &str, out: &str) -> (Duration, Output) {
+    let start = std::time::Instant::now();
+    let output = ipf(&["record", "--on", port, "--seconds", "1", "--out", out]);
+    (start.elapsed(), output)
+}
+
+#[test]
+fn a_recording_ends_in_time_when_the_board_sends_readings_only() {
+    let folder = Folder::new("readings");
+    let port = plug(|input| {
+        let events = match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            _ => Vec::new(),
+        };
+        Said {
+            boot_id: 1,
+            events,
+            own: Some(Input::Odometry {
+                stamp_us: 1,
+                pose: amiro_ipf::geometry::Pose::default(),
+            }),
+            refused: None,
+        }
+    });
+    let (took, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert!(took < Duration::from_secs(3), "{took:?}");
+}
+
+/// Puts a board on a pseudo terminal that becomes `noise`, again and again, once it is
+/// configured.
+fn plug_noisy(noise: Vec<u8>) -> String {
+    let (mut master, slave) = TTYPort::pair().unwrap();
+    master.set_timeout(Duration::from_millis(10)).unwrap();
+    let name = slave.name().unwrap();
+    thread::spawn(move || {
+        let _slave = slave;
+        let (mut decoder, mut encoder) = (Decoder::new(), Encoder::new(1));
+        let mut heard = [0; 256];
+        let mut turns_left = u32::MAX;
+        while turns_left > 0 {
+            let count = master.read(&mut heard).unwrap_or(0);
+            for received in heard[..count].iter().filter_map(|byte| decoder.push(*byte)) {
+                let Received::Frame { frame, .. } = received else {
+                    continue;
+                };
+                let answer = Event::Answer {
+                    input: frame.sequence,
+                    refused: None,
+                };
+                let event = match frame.message {
+                    Message::Input(Input::Hello) => boot(WIRE_VERSION),
+                    Message::Input(Input::Configure(config)) => {
+                        turns_left = 3000;
+                        Event::Configured(config)
+                    }
+                    _ => continue,
+                };
+                for event in [event, answer] {
+                    let _ = master.write_all(encoder.encode(Outgoing::Event(&event)));
+                }
+            }
+            if turns_left < u32::MAX {
+                turns_left -= 1;
+                let _ = master.set_timeout(Duration::from_millis(1));
+                let _ = master.write_all(&noise);
+            }
+        }
+    });
+    name
+}
+
+#[test]
+fn a_recording_of_noise_without_zero_bytes_ends_in_time_and_stays_small() {
+    let folder = Folder::new("noise");
+    let out = folder.file("drive.ipf");
+    let port = plug_noisy(vec![0x55; 4000]);
+    let (took, output) = recorded_for_a_second(&port, &out);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(took < Duration::from_secs(3), "{took:?}");
+    let length = std::fs::metadata(&out).unwrap().len();
+    assert!(length < 2000, "{length} bytes of noise were kept");
+}
+
+#[test]
+fn a_recording_of_broken_frames_ends_in_time() {
+    let folder = Folder::new("broken");
+    let port = plug_noisy([0x55, 0x55, 0x55, 0].repeat(1000));
+    let (took, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert!(took < Duration::from_secs(3), "{took:?}");
+}
+
+#[test]
+fn record_writes_no_terminal_escape_into_a_pipe() {
+    let folder = Folder::new("escapes");
+    let port = plug_recorded(false, None);
+    let (_, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    let shown = printed(&output);
+    assert!(
+        !shown.contains(|c: char| c.is_control() && c != '\n'),
+        "{shown:?}"
+    );
+    assert!(
+        shown.contains("the board's mode") || shown.contains("board up"),
+        "{shown}"
+    );
+}
+
+/// Sends a signal to `record` while it records, after a shell has set SIGINT as `trap`
+/// says; its exit code, and what it printed.
+fn interrupted(signal: &str, trap: &str, out: &str) -> (Option<i32>, String) {
+    let port = plug_recorded(false, None);
+    let script = format!("{trap} exec \"$0\" record --on \"$1\" --out \"$2\"");
+    let child = Command::new("sh")
+        .args(["-c", &script, env!("CARGO_BIN_EXE_ipf"), &port, out])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    for _ in 0..1000 {
+        if std::fs::metadata(out).is_ok_and(|file| file.len() > 500) {
+            break;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status().unwrap();
+    assert!(sent.success());
+    let output = child.wait_with_output().unwrap();
+    (output.status.code(), printed(&output))
+}
+
+#[test]
+fn an_interrupted_recording_is_whole_and_its_account_is_printed() {
+    let folder = Folder::new("interrupted");
+    let cases = [("-INT", ""), ("-TERM", ""), ("-INT", "trap '' INT;")];
+    for (number, (signal, trap)) in cases.into_iter().enumerate() {
+        let out = folder.file(&format!("{number}.ipf"));
+        let (code, shown) = interrupted(signal, trap, &out);
+        assert_eq!(code, Some(0), "{signal} {trap}: {shown}");
+        assert!(shown.contains("steps in "), "{signal} {trap}: {shown}");
+        assert!(shown.contains("lost"), "no account of frames: {shown}");
+        let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+        assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+        assert!(recording.events.len() > 3);
+    }
+}
+
+#[test]
+fn a_greeting_that_is_interrupted_leaves_no_file_and_ends_with_130() {
+    let folder = Folder::new("greeting");
+    let port = plug(|_| Said {
+        // No boot: it never introduces itself.
+        boot_id: 1,
+        ..Said::default()
+    });
+    let out = folder.file("drive.ipf");
+    let child = Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(["record", "--on", &port, "--out", &out])
+        .stderr(std::process::Stdio::null())
+        .spawn();
+    let mut child = child.unwrap();
+    thread::sleep(Duration::from_millis(1500));
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(&folder), [""; 0]);
+}

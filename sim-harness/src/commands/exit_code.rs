@@ -11,14 +11,16 @@ use super::{Ending, Outcome};
 /// Each exit code and what it means; the help and `docs/faults.md` list the same.
 pub(super) const EXIT_CODES: &str = "\
 Exit codes:
-  0  done
+  0  done; also record that was interrupted (SIGINT, SIGTERM) while it recorded
   1  done, and what was to be shown does not hold: replay says DIFFERENT, offsets refused
      a sensor or the board said nothing of its offsets, image has problems,
      evaluate --check misses a threshold
   2  not done: a word, a file or a board that is of no use, or replay --strict and a
      recording with something left out
   3  the board speaks another version of the protocol
-  5  done, and the files are whole, but standard output could not be written";
+  5  done, and the files are whole, but standard output could not be written
+  6  record ended because the board was reset too often; what was recorded is whole
+130  interrupted while it used a board, before it was done";
 
 /// The exit code of a command that ended.
 ///
@@ -33,6 +35,8 @@ pub(super) fn of(outcome: Outcome) -> ExitCode {
             // A board of another version is no mistake of the caller's.
             match link_error(&*error) {
                 Some(LinkError::Version { .. }) => 3,
+                Some(LinkError::Interrupted) => 130,
+                _ if is_reset_too_often(&*error) => 6,
                 _ => 2,
             }
         }
@@ -41,6 +45,10 @@ pub(super) fn of(outcome: Outcome) -> ExitCode {
         (0, Printed::Failed) => 5,
         _ => code,
     })
+}
+
+fn is_reset_too_often(error: &(dyn Error + 'static)) -> bool {
+    matches!(error.downcast_ref(), Some(RecordError::TooManyResets))
 }
 
 /// What is wrong with the link, whoever found it.

@@ -10,6 +10,7 @@ mod exit_code;
 mod figures;
 mod image;
 mod offsets;
+mod parts;
 mod record;
 mod replay;
 mod report;

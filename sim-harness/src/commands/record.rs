@@ -1,7 +1,7 @@
 //! `cargo ipf record`: a robot's drive as it reads it itself.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::cell::RefCell;
+use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -14,6 +14,7 @@ use sim_harness::console;
 use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
 
 use super::ailments::{ailments, counters, report_counters, status_counters};
+use super::parts::Parts;
 use super::settings::Settings;
 use super::{Ending, Outcome, target};
 
@@ -28,10 +29,15 @@ pub(super) struct Record {
     baud: u32,
     #[command(flatten)]
     settings: Settings,
-    /// The recording; a board that is reset begins a second one beside it, NAME.2.ipf.
+    /// The recording: a new file, created once the board has taken its configuration. A
+    /// board that is reset begins a second one beside it, NAME.2.ipf or the next number
+    /// that is free.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// How long to record; without end if not given, until interrupted.
+    /// Replace the file of --out if it exists.
+    #[arg(long)]
+    force: bool,
+    /// How long to record; until interrupted (Ctrl-C, SIGTERM) if not given.
     #[arg(long, value_name = "S")]
     seconds: Option<u32>,
 }
@@ -40,6 +46,7 @@ impl Record {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         let config = self.settings.apply(None)?;
+        let parts = RefCell::new(Parts::new(self.out, self.force)?);
         let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;
         target::greet(&mut board)?;
         let end = self
@@ -53,9 +60,12 @@ impl Record {
         let mut last_status = Status::default();
         let mut last_health = Health::default();
         let open = |part| {
-            let path = self.part(part);
-            let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
-            File::create(&path).map(BufWriter::new).map_err(failed)
+            let mut parts = parts.borrow_mut();
+            let file = parts.open()?;
+            if let Some(path) = parts.opened().last().filter(|_| part > 1) {
+                console::warn(format_args!("it goes on in {}", path.display()));
+            }
+            Ok(BufWriter::new(file))
         };
         let recorded = record(&mut board, &config, open, |news| {
             match news {
@@ -104,15 +114,12 @@ impl Record {
                 } => console::warn(format_args!(
                     "Limit: steps take too long, {particles_per_sensor} particles a sensor from now on"
                 )),
-                News::Event(_) | News::Away => {}
+                News::Event(_) | News::Input(_) | News::Waiting | News::Away => {}
                 News::Vanished(error) => console::warn(format_args!("{error}; trying again")),
                 News::Back => console::warn("the link is back"),
-                News::Restarted { part } => {
+                News::Restarted { .. } => {
                     known_end = None;
-                    console::warn(format_args!(
-                        "the board started anew: what it says now goes to {}",
-                        self.part(part).display()
-                    ));
+                    console::warn("the board started anew");
                 }
                 News::Junk => console::warn(LinkError::Junk),
             }
@@ -127,28 +134,17 @@ impl Record {
         if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
             target::print_unwell(&mut board);
         }
-        let parts = recorded?;
-        let last = self.part(parts);
-        let files = if parts == 1 {
-            ""
-        } else {
-            " and those before it"
-        };
-        console::print(format_args!("{steps} steps in {}{files}", last.display()));
-        Ok(Ending::Good)
-    }
-
-    /// Where a part goes: `drive.ipf`, then `drive.2.ipf` and so on.
-    fn part(&self, part: u32) -> PathBuf {
-        if part == 1 {
-            return self.out.clone();
+        let parts = parts.into_inner();
+        let files: Vec<_> = parts
+            .opened()
+            .iter()
+            .map(|path| path.display().to_string())
+            .collect();
+        if !files.is_empty() {
+            console::print(format_args!("{steps} steps in {}", files.join(", ")));
         }
-        let extension = self.out.extension().unwrap_or_default().to_string_lossy();
-        self.out.with_extension(if extension.is_empty() {
-            part.to_string()
-        } else {
-            format!("{part}.{extension}")
-        })
+        recorded?;
+        Ok(Ending::Good)
     }
 }
 

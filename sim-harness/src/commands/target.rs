@@ -7,14 +7,17 @@ use std::time::{Duration, Instant};
 use amiro_ipf::event::Event;
 use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
 use sim_harness::console;
-use sim_harness::link::{Board, Image, Layout, QemuOptions, build_image, post_mortem_in_words};
+use sim_harness::link::{
+    Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
+};
 
 /// How long to wait for what a board says of itself once a second.
 const SAID_WITHIN: Duration = Duration::from_secs(2);
 
 /// Reaches the board that the command line names: `qemu`, or a serial port.
 ///
-/// For the emulator the image is built from these sources unless an ELF file is given.
+/// From now on an interrupt ends what waits for the board, in order. For the emulator the
+/// image is built from these sources unless an ELF file is given.
 pub(super) fn reach(
     on: &str,
     baud: u32,
@@ -22,13 +25,15 @@ pub(super) fn reach(
     options: &QemuOptions,
 ) -> Result<Board, Box<dyn Error>> {
     if on != "qemu" {
-        return Ok(Board::on_port(on, baud)?);
+        return Ok(Board::on_port(on, baud)?.ended_by(Interrupt::on_signals()?));
     }
     let image = match image {
         Some(path) => Image::read(path)?,
         None => Image::read(&build_image(Layout::Bare)?)?,
     };
-    Ok(Board::in_qemu(&image, options)?)
+    // Before the emulator is there: it is to end with this program.
+    let interrupt = Interrupt::on_signals()?;
+    Ok(Board::in_qemu(&image, options)?.ended_by(interrupt))
 }
 
 /// Greets a board and prints how it introduced itself, and how its last life ended.

@@ -14,13 +14,22 @@ use amiro_ipf::wire::{
 };
 
 use super::junk::JunkWatch;
-use super::{Account, FrameTally, LineTally, LossyLine};
+use super::{Account, FrameTally, Interrupt, LineTally, LossyLine};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
 
 /// How long a board may take to come up.
 const BOOT_DEADLINE: Duration = Duration::from_secs(10);
+
+/// How long nobody looks whether the user wants to end, at most.
+const INTERRUPTED_WITHIN: Duration = Duration::from_millis(100);
+
+/// Pieces of received bytes that wait to be read, at most.
+const MOST_WAITING: usize = 1024;
+
+/// Bytes without a zero byte that are kept, at most: more are no frame.
+const LONGEST_PIECE: usize = 4 * MAX_FRAME;
 
 /// Boot id of the frames that a host sends; a board's own counts from 0.
 const HOST_BOOT_ID: u8 = 0xa5;
@@ -36,6 +45,8 @@ pub enum LinkError {
     Write(std::io::Error),
     /// It closed the stream: the device is gone, not silent.
     Gone,
+    /// The user ended the program: see [`Interrupt`].
+    Interrupted,
     /// It said nothing that can be read within the deadline.
     NoBoot,
     /// It speaks another version of the protocol.
@@ -68,6 +79,7 @@ impl fmt::Display for LinkError {
                 "more than half of what comes is no frame: this looks like a wrong baud rate",
             ),
             Self::Gone => f.write_str("the board closed the link"),
+            Self::Interrupted => f.write_str("interrupted"),
             Self::NoBoot => write!(
                 f,
                 "the board did not introduce itself within {} s (wrong port or baud rate?)",
@@ -109,7 +121,7 @@ impl Transport {
         writer: impl Write + Send + 'static,
         keep: impl Send + 'static,
     ) -> Self {
-        let (sender, incoming) = sync_channel(1024);
+        let (sender, incoming) = sync_channel(MOST_WAITING);
         thread::spawn(move || pump(&mut reader, &sender));
         Self {
             outgoing: Box::new(writer),
@@ -159,6 +171,13 @@ pub struct Board {
     /// Bytes since the last piece ended.
     piece_bytes: u64,
     raw: Vec<u8>,
+    /// Bytes of `raw` since its last zero byte.
+    raw_piece: usize,
+    /// Whether `raw` is wanted: not while the board is greeted.
+    keeps_raw: bool,
+    /// Pieces that were received in a row after a deadline had passed.
+    late: usize,
+    interrupt: Option<Interrupt>,
     /// Whatever must live as long as the board: an emulator's process.
     _keep: Box<dyn Send>,
 }
@@ -203,6 +222,10 @@ impl Board {
             junk: JunkWatch::default(),
             piece_bytes: 0,
             raw: Vec::new(),
+            raw_piece: 0,
+            keeps_raw: true,
+            late: 0,
+            interrupt: None,
             _keep: Box::new(keep),
         }
     }
@@ -216,6 +239,20 @@ impl Board {
             since: Instant::now(),
         });
         self
+    }
+
+    /// Ends all waiting for the board with [`LinkError::Interrupted`] when `interrupt` is
+    /// requested.
+    #[must_use]
+    pub fn ended_by(mut self, interrupt: Interrupt) -> Self {
+        self.interrupt = Some(interrupt);
+        self
+    }
+
+    /// Whether the user has asked to end.
+    pub(super) fn is_interrupted(&self) -> bool {
+        let interrupt = self.interrupt.as_ref();
+        interrupt.is_some_and(Interrupt::is_requested)
     }
 
     /// What the faulty line did, to the board and from it.
@@ -265,7 +302,12 @@ impl Board {
     /// [`LinkError::NoBoot`], [`LinkError::Version`], [`LinkError::Junk`], or a broken
     /// link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
-        self.greet_within(BOOT_DEADLINE)
+        // What comes before the answer is not kept: it may be any number of bytes.
+        self.keeps_raw = false;
+        self.clear_raw();
+        let greeted = self.greet_within(BOOT_DEADLINE);
+        self.keeps_raw = true;
+        greeted
     }
 
     fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
@@ -352,8 +394,34 @@ impl Board {
     }
 
     /// Takes the bytes that were received since the greeting or the last call.
+    ///
+    /// Of bytes without a zero byte the first 512 are kept: no frame is as long.
     pub fn take_raw(&mut self) -> Vec<u8> {
+        self.raw_piece = 0;
         std::mem::take(&mut self.raw)
+    }
+
+    /// The same up to the last zero byte: a frame that is amid its bytes is not cut.
+    pub(super) fn take_whole_raw(&mut self) -> Vec<u8> {
+        let end = self.raw.iter().rposition(|byte| *byte == 0);
+        let rest = self.raw.split_off(end.map_or(0, |zero| zero + 1));
+        std::mem::replace(&mut self.raw, rest)
+    }
+
+    fn clear_raw(&mut self) {
+        self.raw.clear();
+        self.raw_piece = 0;
+    }
+
+    fn keep_raw(&mut self, byte: u8) {
+        if byte == 0 {
+            self.raw_piece = 0;
+        } else if self.raw_piece < LONGEST_PIECE {
+            self.raw_piece += 1;
+        } else {
+            return;
+        }
+        self.raw.push(byte);
     }
 
     /// The board's next event.
@@ -398,8 +466,10 @@ impl Board {
         loop {
             // One frame at a time: what is raw then always ends where the frames end
             // that were handed on, whatever the pieces in which bytes arrive.
-            for byte in self.unread.by_ref() {
-                self.raw.push(byte);
+            while let Some(byte) = self.unread.next() {
+                if self.keeps_raw {
+                    self.keep_raw(byte);
+                }
                 self.piece_bytes += 1;
                 let received = self.decoder.push(byte);
                 if received.is_none() && self.piece_bytes < 4 * MAX_FRAME as u64 {
@@ -421,8 +491,25 @@ impl Board {
     }
 
     /// Bytes that have arrived, perhaps none yet; `None` at the deadline.
+    ///
+    /// What had come in time is still looked at after the deadline, and no more: a board
+    /// that never stops sending does not hold up its host.
     fn arrivals(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, LinkError> {
+        if self.is_interrupted() {
+            return Err(LinkError::Interrupted);
+        }
         let mut patience = deadline.saturating_duration_since(Instant::now());
+        if !patience.is_zero() {
+            self.late = 0;
+        } else if self.late > MOST_WAITING {
+            self.late = 0;
+            return Ok(None);
+        } else {
+            self.late += 1;
+        }
+        if self.interrupt.is_some() {
+            patience = patience.min(INTERRUPTED_WITHIN);
+        }
         if let Some(lines) = &mut self.disturbance {
             let now = lines.since.elapsed();
             write(&mut self.transport, &lines.to_board.receive(now))?;
@@ -445,7 +532,10 @@ impl Board {
                 }
             })),
             Err(RecvTimeoutError::Timeout) if Instant::now() < deadline => Ok(Some(Vec::new())),
-            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Timeout) => {
+                self.late = 0;
+                Ok(None)
+            }
             Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone),
         }
     }
@@ -531,6 +621,37 @@ mod tests {
         assert!(start.elapsed() < Duration::from_secs(2));
         let words = LinkError::NoBoot.to_string();
         assert!(words.contains("within 10 s"), "{words}");
+    }
+
+    #[test]
+    fn noise_without_a_zero_byte_is_neither_kept_nor_waited_for_beyond_the_deadline() {
+        let mut board = Board::over(std::io::repeat(0x55), sink(), ());
+        let start = Instant::now();
+        let deadline = start + Duration::from_millis(50);
+        assert!(board.receive_frame(deadline).unwrap().is_none());
+        assert!(start.elapsed() < Duration::from_secs(5));
+        assert!(board.take_whole_raw().is_empty());
+        assert_eq!(board.take_raw().len(), LONGEST_PIECE);
+    }
+
+    #[test]
+    fn broken_frames_without_end_are_not_waited_for_beyond_the_deadline() {
+        let broken = [0x55, 0x55, 0x55, 0].repeat(10_000_000);
+        let mut board = Board::over(Cursor::new(broken), sink(), ());
+        let deadline = Instant::now() + Duration::from_millis(50);
+        assert!(board.receive_frame(deadline).unwrap().is_none());
+        // Whole pieces can be written down while the line is amid one.
+        assert_eq!(board.take_whole_raw().last(), Some(&0));
+    }
+
+    #[test]
+    fn what_came_before_a_greeting_is_not_kept() {
+        let statuses = Encoder::new(3)
+            .encode(Outgoing::Event(&Event::Status(Status::default())))
+            .repeat(100);
+        let mut board = board_that_says(statuses, Vec::new());
+        assert!(board.greet().is_err());
+        assert!(board.take_raw().is_empty());
     }
 
     #[test]
