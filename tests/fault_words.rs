@@ -164,6 +164,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Junk,
         LinkError::Write(Error::other("Input/output error")),
         LinkError::Gone,
+        LinkError::Interrupted,
         LinkError::NoBoot,
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
@@ -177,6 +178,7 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Junk
             | LinkError::Write(_)
             | LinkError::Gone
+            | LinkError::Interrupted
             | LinkError::NoBoot
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }

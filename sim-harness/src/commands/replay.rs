@@ -318,7 +318,7 @@ impl Replay {
             )),
         }
         if let Some(scores) = &scores {
-            console::print_text(&scores.last);
+            console::print_text(scores.last);
         }
         if let Some(walls) = &summary.walls {
             console::print_text(walls);
