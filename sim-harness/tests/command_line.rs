@@ -617,3 +617,97 @@ fn a_greeting_that_is_interrupted_leaves_no_file_and_ends_with_130() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!(names(&folder), [""; 0]);
 }
+
+#[test]
+fn no_command_replaces_the_recording_of_a_robot() {
+    let folder = Folder::new("replaces");
+    let recorded = folder.file("recorded.ipf");
+    let port = plug_recorded(false, None);
+    let (_, output) = recorded_for_a_second(&port, &recorded);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    let ours = std::fs::read(&recorded).unwrap();
+    let amiro = b"PRV 0\tPRV 1\tPRV 2\tPRV 3".to_vec();
+    let (world, drive) = (scenario(), folder.file("drive.ipf"));
+    let simulated = ipf(&["simulate", &world, "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    let (out, file) = (folder.file("out"), folder.file("out/file"));
+    let table = folder.file("table.csv");
+    std::fs::write(&table, "range_mm,angle_deg,counts\n").unwrap();
+    let commands: [(&[&str], &str); 9] = [
+        (&["simulate", &world, "--out", &file], "file"),
+        (&["replay", &drive, "--out", &out], "stream.ipf"),
+        (&["replay", &drive, "--out", &out], "map.pgm"),
+        (&["calibrate", &table, "--out", &out], "fit.csv"),
+        (&["image", "--file", "nowhere", "--out", &file], "file"),
+        (&["image", "--file", "nowhere", "--out", &file], "file.srec"),
+        (&["evaluate", "--seeds", "1..2", "--json", &file], "file"),
+        (&["demo", "--out", &out], "both.png"),
+        (
+            &[
+                "figures", "--out", &out, "--seeds", "1..2", "--only", "figure-1",
+            ],
+            "index.html",
+        ),
+    ];
+    for content in [ours, amiro] {
+        for (command, name) in commands {
+            let _ = std::fs::remove_dir_all(&out);
+            std::fs::create_dir(&out).unwrap();
+            let path = Path::new(&out).join(name);
+            std::fs::write(&path, &content).unwrap();
+            let output = ipf(command);
+            let shown = printed(&output);
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+            assert!(
+                shown.contains(&format!("{name}: it is the recording of a robot")),
+                "{command:?}: {shown}"
+            );
+            assert_eq!(std::fs::read(&path).unwrap(), content, "{command:?}");
+        }
+    }
+    // What can be made again is replaced.
+    for command in [
+        &["simulate", &world, "--out", &drive][..],
+        &["replay", &drive, "--out", &out],
+        &["replay", &drive, "--out", &out],
+    ] {
+        let output = ipf(command);
+        assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    }
+}
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let folder = Folder::new("reads");
+    let (drive, out) = (folder.file("stream.ipf"), folder.file(""));
+    let world = folder.file("world.toml");
+    std::fs::copy(scenario(), &world).unwrap();
+    let table = folder.file("fit.csv");
+    std::fs::write(&table, "range_mm,angle_deg,counts\n").unwrap();
+    let simulated = ipf(&["simulate", &world, "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    // By another name too.
+    let link = folder.file("link.toml");
+    std::os::unix::fs::symlink(&world, &link).unwrap();
+    let commands: [(&[&str], &str); 5] = [
+        (&["replay", &drive, "--alpha", "2", "--out", &out], &drive),
+        (&["simulate", &world, "--out", &world], &world),
+        (&["simulate", &world, "--out", &link], &world),
+        (&["calibrate", &table, "--out", &out], &table),
+        (
+            &["evaluate", "--scenario", &world, "--json", &world],
+            &world,
+        ),
+    ];
+    for (command, path) in commands {
+        let before = std::fs::read(path).unwrap();
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        assert!(
+            shown.contains("this command reads it"),
+            "{command:?}: {shown}"
+        );
+        assert_eq!(std::fs::read(path).unwrap(), before, "{command:?}");
+    }
+}

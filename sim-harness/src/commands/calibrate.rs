@@ -27,6 +27,10 @@ pub(super) struct Calibrate {
 impl Calibrate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(folder) = &self.out {
+            let outputs = ["fit.png", "fit.csv", "photometry.json"].map(|name| folder.join(name));
+            output::check(&outputs, &[&self.table])?;
+        }
         let fixed = Fixed::parse(self.fix.iter().map(String::as_str))?;
         let named = |error: &dyn std::error::Error| format!("{}: {error}", self.table.display());
         let table = Table::load(&self.table).map_err(|error| named(&error))?;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::time::Instant;
 
 use amiro_ipf::input::Input;
@@ -97,6 +98,10 @@ pub(super) struct Evaluate {
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(json) = &self.json {
+            let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
+            output::check(slice::from_ref(json), &scenarios)?;
+        }
         if let Some(folder) = &self.recordings {
             return self.judge_recordings(folder);
         }

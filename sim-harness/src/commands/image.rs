@@ -35,6 +35,10 @@ enum LayoutName {
 impl Image {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(out) = &self.out {
+            let inputs: Vec<_> = self.file.iter().map(PathBuf::as_path).collect();
+            output::check(&[out.clone(), out.with_extension("srec")], &inputs)?;
+        }
         let layout = match self.layout {
             LayoutName::Bare => Layout::Bare,
             LayoutName::Amiro => Layout::Amiro,

@@ -87,6 +87,10 @@ struct Run {
 impl Replay {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        let outputs = report::FILES.map(|name| self.out.join(name));
+        let image = self.image.iter().map(PathBuf::as_path);
+        let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
+        output::check(&outputs, &inputs)?;
         let recording = log::read(&self.file)?;
         if !recording.refusals.is_empty() {
             console::warn_text(&recording.refusals);

@@ -107,6 +107,15 @@ fn outlines(scenario: &Scenario) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
+/// The files of a mapped run.
+pub(super) const FILES: [&str; 5] = [
+    "map.png",
+    "map.pgm",
+    "map.yaml",
+    "summary.json",
+    "stream.ipf",
+];
+
 /// Writes `map.png`, `map.pgm` and `map.yaml`.
 pub(super) fn save_map(
     survey: &Survey,

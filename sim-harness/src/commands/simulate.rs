@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::slice;
 
 use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
@@ -99,6 +100,7 @@ impl Differences {
 impl Simulate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        output::check(slice::from_ref(&self.out), &[&self.scenario])?;
         let scenario = Scenario::load(&self.scenario)?;
         let text = fs::read_to_string(&self.scenario)?;
         let options = self.differences.options()?;
