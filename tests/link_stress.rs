@@ -482,7 +482,7 @@ fn f60_a_board_behind_a_bad_line_is_balanced_whatever_ended_the_run() {
         let all = [vec![Input::Configure(config)], inputs(400)].concat();
         // An answer may be lost: the run ends at its deadline, and the account stays.
         match drive(&mut board, &all, |_| (), |_, _| ()) {
-            Ok(()) | Err(LinkError::NoAnswer { .. }) => {}
+            Ok(_) | Err(LinkError::NoAnswer { .. }) => {}
             Err(error) => panic!("{faults}: {error}"),
         }
         board.greet().ok();

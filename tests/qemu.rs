@@ -61,7 +61,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
     .unwrap();
     let tally = board.tally();
     tally.balance(tally.sent).unwrap();
-    let verdict = comparison.verdict(board.boot(), tally.lost);
+    let verdict = comparison.verdict(board.boot(), &tally);
     assert!(verdict.equal, "{verdict}");
     assert_eq!(verdict.digests, outcome.steps as usize, "{verdict}");
     assert!(verdict.particles > 0, "{verdict}");

@@ -18,6 +18,8 @@ Exit codes:
   2  not done: a word, a file or a board that is of no use, or replay --strict and a
      recording with something left out
   3  the board speaks another version of the protocol
+  4  replay says EQUAL with particle messages lost: all digests were met, and the map is
+     the host's own
   5  done, and the files are whole, but standard output could not be written
   6  record ended because the board was reset too often; what was recorded is whole
 130  interrupted while it used a board, before it was done";
@@ -30,6 +32,7 @@ pub(super) fn of(outcome: Outcome) -> ExitCode {
         Ok(Ending::Good) => 0,
         Ok(Ending::Failed) => 1,
         Ok(Ending::Refused) => 2,
+        Ok(Ending::ParticlesLost) => 4,
         Err(error) => {
             console::warn_text(format_args!("ipf: {error}"));
             // A board of another version is no mistake of the caller's.

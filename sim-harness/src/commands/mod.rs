@@ -60,6 +60,8 @@ enum Ending {
     Good,
     /// What was to be shown does not hold: exit 1.
     Failed,
+    /// A replay is equal, but particle messages of the recording were lost: exit 4.
+    ParticlesLost,
     /// Input was refused that should not have been: exit 2.
     Refused,
 }

@@ -49,6 +49,7 @@ impl Record {
         let parts = RefCell::new(Parts::new(self.out, self.force)?);
         let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;
         target::greet(&mut board)?;
+        target::check_capacity(&board, &config)?;
         let end = self
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));

@@ -13,7 +13,7 @@ use sim_harness::console;
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
 use sim_harness::link::{
-    Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
+    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::CountingMapper;
@@ -129,13 +129,12 @@ impl Replay {
             _ => self.on_board(&config, &inputs, cell_m)?,
         };
         self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
-        let differs = run.comparison.is_some_and(|verdict| !verdict.equal);
-        Ok(if differs {
-            Ending::Failed
-        } else if self.strict && !recording.refusals.is_empty() {
-            Ending::Refused
-        } else {
-            Ending::Good
+        let equality = run.comparison.map(|verdict| verdict.equality);
+        Ok(match equality {
+            Some(Equality::Different) => Ending::Failed,
+            _ if self.strict && !recording.refusals.is_empty() => Ending::Refused,
+            Some(Equality::ParticlesLost) => Ending::ParticlesLost,
+            Some(Equality::Equal) | None => Ending::Good,
         })
     }
 
@@ -202,16 +201,6 @@ impl Replay {
         inputs: &[Input],
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
-        let mut comparison = Comparison::default();
-        let outcome = run(config, inputs, |event| comparison.expect(event))?;
-        warn_of_refused_inputs(&outcome);
-        // The configuration goes in front.
-        let refusals: Vec<_> = outcome
-            .refusals
-            .iter()
-            .map(|&(input, fault)| (input + 1, fault))
-            .collect();
-        comparison.expect_refusals(&refusals);
         let ran_on = if self.on == "qemu" {
             "QEMU (emulated)"
         } else {
@@ -224,6 +213,17 @@ impl Replay {
         };
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;
+        target::check_capacity(&board, config)?;
+        let mut comparison = Comparison::default();
+        let outcome = run(config, inputs, |event| comparison.expect(event))?;
+        warn_of_refused_inputs(&outcome);
+        // The configuration goes in front.
+        let refusals: Vec<_> = outcome
+            .refusals
+            .iter()
+            .map(|&(input, fault)| (input + 1, fault))
+            .collect();
+        comparison.expect_refusals(&refusals);
         let mut survey = Survey::new(cell_m);
         let mut events = Vec::new();
         let mut slowest_step = 0;
@@ -248,7 +248,7 @@ impl Replay {
             },
         );
         bar.finish_and_clear();
-        driven?;
+        comparison.take_audit(driven?);
         for (input, refused) in answers {
             comparison.meet_answer(input, refused);
         }
@@ -259,7 +259,7 @@ impl Replay {
             ));
         }
         console::print_text(board.tally());
-        let verdict = comparison.verdict(board.boot(), board.lost_frames());
+        let verdict = comparison.verdict(board.boot(), &board.tally());
         Ok(Run {
             ran_on,
             survey,

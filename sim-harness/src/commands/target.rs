@@ -4,12 +4,13 @@ use std::error::Error;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
-use sim_harness::console;
 use sim_harness::link::{
     Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
 };
+use sim_harness::{RunError, console};
 
 /// How long to wait for what a board says of itself once a second.
 const SAID_WITHIN: Duration = Duration::from_secs(2);
@@ -47,6 +48,13 @@ pub(super) fn greet(board: &mut Board) -> Result<(), Box<dyn Error>> {
         console::warn(post_mortem_in_words(record));
     }
     Ok(())
+}
+
+/// Whether the particles of a configuration fit into a greeted board.
+pub(super) fn check_capacity(board: &Board, config: &Config) -> Result<(), RunError> {
+    let capacity = board.boot().map_or(0, |boot| boot.capacity);
+    // At most as many as the host's memory holds.
+    sim_harness::check_capacity(config, capacity as usize)
 }
 
 /// How the image is, in a line; `None` where it does all it can.

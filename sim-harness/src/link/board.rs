@@ -13,6 +13,7 @@ use amiro_ipf::wire::{
     Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
 };
 
+use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
 use super::junk::JunkWatch;
 use super::{Account, FrameTally, Interrupt, LineTally, LossyLine};
 
@@ -30,6 +31,13 @@ const MOST_WAITING: usize = 1024;
 
 /// Bytes without a zero byte that are kept, at most: more are no frame.
 const LONGEST_PIECE: usize = 4 * MAX_FRAME;
+
+/// Between two greetings of a board that does not answer.
+const GREETING_PERIOD: Duration = Duration::from_millis(500);
+
+/// Greetings without an answer after which a board of another version is believed to be
+/// one.
+const UNANSWERED_GREETINGS: u32 = 2;
 
 /// Boot id of the frames that a host sends; a board's own counts from 0.
 const HOST_BOOT_ID: u8 = 0xa5;
@@ -49,6 +57,8 @@ pub enum LinkError {
     Interrupted,
     /// It said nothing that can be read within the deadline.
     NoBoot,
+    /// Answers came within the deadline, and none to this session's greeting.
+    OtherSession,
     /// It speaks another version of the protocol.
     Version {
         /// The board's version.
@@ -83,6 +93,12 @@ impl fmt::Display for LinkError {
             Self::NoBoot => write!(
                 f,
                 "the board did not introduce itself within {} s (wrong port or baud rate?)",
+                BOOT_DEADLINE.as_secs()
+            ),
+            Self::OtherSession => write!(
+                f,
+                "no answer to this session's greeting within {} s: what comes answers an \
+                 earlier session or another host",
                 BOOT_DEADLINE.as_secs()
             ),
             Self::Version { board } => write!(
@@ -162,10 +178,8 @@ pub struct Board {
     unread: std::vec::IntoIter<u8>,
     decoder: Decoder,
     encoder: Encoder,
-    boot: Option<Boot>,
-    boot_id: Option<u8>,
-    offsets: Option<OffsetReport>,
-    post_mortem: Option<PostMortem>,
+    numbers: Numbers,
+    greeted: Option<Answerer>,
     account: Account,
     junk: JunkWatch,
     /// Bytes since the last piece ended.
@@ -214,10 +228,8 @@ impl Board {
             unread: Vec::new().into_iter(),
             decoder: Decoder::new(),
             encoder: Encoder::new(HOST_BOOT_ID),
-            boot: None,
-            boot_id: None,
-            offsets: None,
-            post_mortem: None,
+            numbers: random_numbers(),
+            greeted: None,
             account: Account::new(),
             junk: JunkWatch::default(),
             piece_bytes: 0,
@@ -238,6 +250,13 @@ impl Board {
             from_board,
             since: Instant::now(),
         });
+        self
+    }
+
+    /// Begins each greeting with a number from `numbers` instead of a random one.
+    #[must_use]
+    pub fn numbered_by(mut self, numbers: impl FnMut() -> u16 + Send + 'static) -> Self {
+        self.numbers = Box::new(numbers);
         self
     }
 
@@ -296,11 +315,14 @@ impl Board {
         self.junk.is_mostly_junk()
     }
 
-    /// Greets the board until it introduces itself.
+    /// Greets the board until it introduces itself in answer to this session.
+    ///
+    /// Twice, with two random numbers; whatever comes before the second answer, of this
+    /// board or another, is left out of the session: frames, raw bytes, account.
     ///
     /// # Errors
-    /// [`LinkError::NoBoot`], [`LinkError::Version`], [`LinkError::Junk`], or a broken
-    /// link.
+    /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
+    /// [`LinkError::Junk`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
         // What comes before the answer is not kept: it may be any number of bytes.
         self.keeps_raw = false;
@@ -312,10 +334,29 @@ impl Board {
 
     fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
         let deadline = Instant::now() + patience;
+        let mut first = self.greet_once(deadline)?;
+        loop {
+            let second = self.greet_once(deadline)?;
+            // Another boot: the first answer was of an earlier session, or the board was
+            // reset between the two.
+            if second.boot_id == first.boot_id {
+                let boot = second.boot;
+                self.greeted = Some(second);
+                return Ok(boot);
+            }
+            first = second;
+        }
+    }
+
+    /// One greeting with a number of its own, repeated until it is answered.
+    fn greet_once(&mut self, deadline: Instant) -> Result<Answerer, LinkError> {
+        self.encoder = Encoder::numbered_from(HOST_BOOT_ID, (self.numbers)());
+        let mut greeting = Greeting::default();
+        let mut unanswered = 0;
         // What a board is sent before its line is up is lost: ask again and again.
         while Instant::now() < deadline {
-            self.send(&Input::Hello)?;
-            let next_greeting = deadline.min(Instant::now() + Duration::from_millis(500));
+            let hello = self.send(&Input::Hello)?;
+            let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
                 if self.take_junk() {
                     return Err(LinkError::Junk);
@@ -323,62 +364,50 @@ impl Board {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
-                match &frame.message {
-                    Message::Event(Event::Boot(boot)) => {
-                        let boot = *boot;
-                        self.boot = Some(boot);
-                        self.boot_id = Some(frame.boot_id);
-                        self.offsets = None;
-                        self.post_mortem = None;
-                        if boot.wire_version != WIRE_VERSION {
-                            return Err(LinkError::Version {
-                                board: boot.wire_version,
-                            });
-                        }
-                    }
-                    Message::Event(Event::Offsets(offsets)) => self.offsets = Some(*offsets),
-                    Message::Event(Event::PostMortem(record)) => {
-                        self.post_mortem = Some(record.clone());
-                    }
-                    // The answer to the greeting: everything before it is behind us.
-                    Message::Event(Event::Answer { input, .. })
-                        if *input == self.encoder.sequence().wrapping_sub(1) =>
-                    {
-                        if let Some(boot) = self.boot {
-                            self.account = Account::after(&frame);
-                            self.raw.clear();
-                            return Ok(boot);
-                        }
-                    }
-                    _ => {}
+                if let Some(board) = greeting.take(&frame, hello) {
+                    check_version(&board.boot)?;
+                    self.account = Account::after(&frame);
+                    return Ok(board);
                 }
             }
+            // A board of another version introduces itself after its reset and may not
+            // understand the greeting.
+            unanswered += u32::from(greeting.last_boot().is_some());
+            if unanswered == UNANSWERED_GREETINGS
+                && let Some(boot) = greeting.last_boot()
+            {
+                check_version(boot)?;
+            }
         }
-        Err(LinkError::NoBoot)
+        Err(if greeting.answers_others() {
+            LinkError::OtherSession
+        } else {
+            LinkError::NoBoot
+        })
     }
 
     /// How the board introduced itself.
     #[must_use]
     pub fn boot(&self) -> Option<&Boot> {
-        self.boot.as_ref()
+        self.greeted.as_ref().map(|board| &board.boot)
     }
 
     /// The boot that the board was greeted in; another one later is a restart.
     #[must_use]
     pub fn boot_id(&self) -> Option<u8> {
-        self.boot_id
+        self.greeted.as_ref().map(|board| board.boot_id)
     }
 
     /// The offsets that the board had when it was greeted; `None` if it had none yet.
     #[must_use]
     pub fn offsets(&self) -> Option<&OffsetReport> {
-        self.offsets.as_ref()
+        self.greeted.as_ref()?.offsets.as_ref()
     }
 
     /// How the life before that of the greeting ended, if it ended by itself.
     #[must_use]
     pub fn post_mortem(&self) -> Option<&PostMortem> {
-        self.post_mortem.as_ref()
+        self.greeted.as_ref()?.post_mortem.as_ref()
     }
 
     /// Frames of the board that were lost on the line since the greeting.
@@ -551,6 +580,15 @@ impl Board {
     }
 }
 
+fn check_version(boot: &Boot) -> Result<(), LinkError> {
+    if boot.wire_version == WIRE_VERSION {
+        return Ok(());
+    }
+    Err(LinkError::Version {
+        board: boot.wire_version,
+    })
+}
+
 fn write(transport: &mut Transport, bytes: &[u8]) -> Result<(), LinkError> {
     if bytes.is_empty() {
         return Ok(());
@@ -654,22 +692,98 @@ mod tests {
         assert!(board.take_raw().is_empty());
     }
 
+    /// Bytes that were sent once, then silence: a tape.
+    struct Tape(Cursor<Vec<u8>>);
+
+    impl Read for Tape {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            match self.0.read(buffer)? {
+                0 => {
+                    thread::sleep(Duration::from_millis(20));
+                    Err(std::io::ErrorKind::WouldBlock.into())
+                }
+                count => Ok(count),
+            }
+        }
+    }
+
+    /// All bytes that a board sent in a session of a greeting and a configuration.
+    fn taped_session() -> Vec<u8> {
+        let (sender, sent) = std::sync::mpsc::channel();
+        let mut board = Board::in_memory(move |frame| sender.send(frame.clone()).is_ok());
+        board.greet().unwrap();
+        let start = [Input::Configure(amiro_ipf::config::Config::default())];
+        super::super::drive(&mut board, &start, |_| (), |_, _| ()).unwrap();
+        drop(board);
+        sent.into_iter().flatten().collect()
+    }
+
+    #[test]
+    fn a_tape_of_an_earlier_session_does_not_answer_a_greeting() {
+        let tape = Tape(Cursor::new(taped_session()));
+        let mut board = Board::over(tape, sink(), ());
+        let greeted = board.greet_within(Duration::from_millis(300));
+        assert!(
+            matches!(greeted, Err(LinkError::OtherSession)),
+            "{greeted:?}"
+        );
+        assert_eq!(board.boot(), None);
+    }
+
+    #[test]
+    fn stale_frames_in_front_of_the_answer_are_of_no_session() {
+        let stale = taped_session();
+        let other: Vec<u8> = {
+            let mut encoder = Encoder::new(77);
+            let boot = Event::Boot(Boot {
+                capacity: 1,
+                ..*Board::in_memory(|_| true).greet().as_ref().unwrap()
+            });
+            let answer = Event::Answer {
+                input: 0,
+                refused: None,
+            };
+            [boot, answer]
+                .iter()
+                .flat_map(|event| encoder.encode(Outgoing::Event(event)).to_vec())
+                .collect()
+        };
+        for stale in [stale, other] {
+            let mut is_first = true;
+            let mut board = Board::in_memory(move |frame| {
+                if std::mem::take(&mut is_first) {
+                    frame.splice(0..0, stale.clone());
+                }
+                true
+            });
+            let boot = board.greet().unwrap();
+            assert_eq!(boot.capacity, 8000);
+            assert_eq!(board.boot_id(), Some(0));
+            let inputs = [Input::Hello, Input::Hello];
+            let audit = super::super::drive(&mut board, &inputs, |_| (), |_, _| ()).unwrap();
+            assert_eq!(audit, super::super::AnswerAudit::default());
+            let tally = board.tally();
+            assert_eq!((tally.lost, tally.repeated, tally.broken), (0, 0, 0));
+        }
+    }
+
     #[test]
     fn raw_bytes_begin_with_a_whole_frame_after_the_greeting() {
         let mut encoder = Encoder::new(3);
         let mut frame = |event: &Event| encoder.encode(Outgoing::Event(event)).to_vec();
-        let greeting = [
-            frame(&boot()),
-            frame(&Event::Answer {
+        let greeting = [(); 2].map(|()| {
+            let answer = Event::Answer {
                 input: 0,
                 refused: None,
-            }),
-        ]
-        .concat();
+            };
+            [frame(&boot()), frame(&answer)].concat()
+        });
+        let greeting = greeting.concat();
         let statuses = [(); 2].map(|()| frame(&Event::Status(Status::default())));
         // The first piece ends within the first status.
         let (head, tail) = statuses[0].split_at(9);
-        let mut board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());
+        let board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());
+        let mut board = board.numbered_by(|| 0);
         board.greet().unwrap();
         let deadline = Instant::now() + Duration::from_secs(1);
         for status in statuses {
