@@ -711,3 +711,45 @@ fn no_command_writes_over_what_it_reads() {
         assert_eq!(std::fs::read(path).unwrap(), before, "{command:?}");
     }
 }
+
+#[test]
+fn a_file_that_appears_while_the_board_is_configured_is_not_overwritten() {
+    let folder = Folder::new("appears");
+    let out = folder.file("drive.ipf");
+    let path = out.clone();
+    let port = plug(move |input| {
+        let events = match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => {
+                std::fs::write(&path, "another's").unwrap();
+                vec![Event::Configured(*config)]
+            }
+            _ => Vec::new(),
+        };
+        Said {
+            boot_id: 1,
+            events,
+            ..Said::default()
+        }
+    });
+    let output = ipf(&["record", "--on", &port, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("--force replaces it"), "{shown}");
+    assert_eq!(std::fs::read(&out).unwrap(), b"another's");
+}
+
+/// With `IPF_LONG` set, since it takes 100 s.
+#[test]
+fn a_board_that_is_reset_in_a_loop_ends_a_recording_with_6() {
+    if std::env::var_os("IPF_LONG").is_none() {
+        return;
+    }
+    let folder = Folder::new("resets");
+    let port = plug_recorded(true, None);
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(6), "{shown}");
+    assert!(shown.contains("the board was reset 100 times"), "{shown}");
+    assert_eq!(names(&folder).len(), 100);
+}
