@@ -16,6 +16,10 @@ use sim_harness::{Survey, log, run};
 const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
 
 fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
+    survey_into(Survey::new(0.010), folder, drive, profile)
+}
+
+fn survey_into(mut survey: Survey, folder: &Path, drive: &str, profile: Profile) -> Survey {
     let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
     let recording = log::read(&file).unwrap();
     let mut config = Config {
@@ -23,7 +27,6 @@ fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
         ..Config::amiro(profile)
     };
     config.photometry.x_max_m = 0.17;
-    let mut survey = Survey::new(0.010);
     let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
     assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
     survey
@@ -52,6 +55,34 @@ fn walls_of_the_recorded_drives_are_found_where_they_stand() {
                 assert_eq!(side.occupied, 0, "{drive}: {leg}");
             }
         }
+    }
+}
+
+#[test]
+fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let under_the_hull = |survey: &Survey| {
+        let map = survey.map();
+        let occupied = map.iter().filter(|(_, p_occ)| **p_occ > 0.5);
+        let under = occupied.filter(|(cell, _)| {
+            let (x, y) = map.centre(*cell);
+            let mut path = survey.path().into_iter();
+            path.any(|(robot_x, robot_y)| (x - robot_x).hypot(y - robot_y) < 0.05 - 1e-6)
+        });
+        under.count()
+    };
+    for (drive, profile, before) in [
+        ("Gang", Profile::Paper, 30),
+        ("Gang", Profile::Plus, 17),
+        ("Left", Profile::Paper, 12),
+    ] {
+        let counted = survey(&folder, drive, profile);
+        assert_eq!(under_the_hull(&counted), before, "{drive}");
+        let cleared = Survey::with_footprint(0.010, Some(0.05));
+        let cleared = survey_into(cleared, &folder, drive, profile);
+        assert_eq!(under_the_hull(&cleared), 0, "{drive}");
     }
 }
 

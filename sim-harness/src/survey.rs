@@ -4,12 +4,12 @@ use amiro_ipf::event::{Event, StepDone};
 use amiro_ipf::geometry::Pose;
 use serde::Serialize;
 
-use crate::mapping::{CountingMapper, Map, Mapper, Occupancy};
+use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
 /// Collects a run's events, from a host's node or from a board alike.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    mapper: CountingMapper,
+    mapper: FootprintMapper<CountingMapper>,
     poses: Vec<Pose>,
     figures: Figures,
 }
@@ -41,14 +41,25 @@ pub struct Figures {
     pub cells_occupied: u64,
     /// Free cells of the map.
     pub cells_free: u64,
+    /// Radius of the robot's hull, whose footprint is free in the map, metres; `None`
+    /// if the map has no footprint.
+    pub footprint_radius_m: Option<f64>,
 }
 
 impl Survey {
     /// An empty survey with map cells of the given size, metres.
     #[must_use]
     pub fn new(cell_m: f64) -> Self {
+        Self::with_footprint(cell_m, None)
+    }
+
+    /// An empty survey in whose map the footprint of a hull of the given radius, metres,
+    /// is free; without a radius as [`new`](Self::new).
+    #[must_use]
+    pub fn with_footprint(cell_m: f64, hull_radius_m: Option<f64>) -> Self {
+        let mapper = CountingMapper::new(cell_m);
         Self {
-            mapper: CountingMapper::new(cell_m),
+            mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
             poses: Vec::new(),
             figures: Figures::default(),
         }
@@ -105,6 +116,7 @@ impl Survey {
             mean_step_m: (gaps > 0).then(|| path_m / gaps as f64),
             cells_occupied: count(Occupancy::Occupied),
             cells_free: count(Occupancy::Free),
+            footprint_radius_m: self.mapper.hull_radius_m(),
             ..self.figures
         }
     }

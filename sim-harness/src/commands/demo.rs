@@ -10,6 +10,7 @@ use sim_harness::figures::{Picture, Window, beside};
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{Survey, run};
 
+use super::footprint::FootprintSwitch;
 use super::report;
 use super::{Ending, Outcome};
 
@@ -22,6 +23,9 @@ pub(super) struct Demo {
     /// Seed of the sensors' noise and of the filter.
     #[arg(long, default_value_t = 100, value_name = "N")]
     seed: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where the pictures go.
     #[arg(long, default_value = "out/demo", value_name = "DIR")]
     out: PathBuf,
@@ -73,7 +77,7 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::new(scenario.cell_m);
+        let mut survey = Survey::with_footprint(scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

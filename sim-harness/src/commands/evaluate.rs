@@ -18,6 +18,7 @@ use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
 
+use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome};
 use super::{evaluate_report, evaluate_robot};
 
@@ -61,6 +62,16 @@ pub(super) struct Evaluate {
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,
+    /// Whether cells of every map whose centre has been under the robot's hull are free;
+    /// not so in the paper.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = FootprintSwitch::Off,
+        value_name = "on|off",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    footprint: FootprintSwitch,
     /// Threads; 0 for one a processor. The figures do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -231,6 +242,7 @@ impl Evaluate {
             } else {
                 self.alpha
             },
+            footprint: self.footprint == FootprintSwitch::On,
             threads: self.threads,
         })
     }

@@ -7,6 +7,7 @@ mod evaluate;
 mod evaluate_report;
 mod evaluate_robot;
 mod figures;
+mod footprint;
 mod image;
 mod offsets;
 mod record;

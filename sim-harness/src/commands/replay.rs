@@ -16,11 +16,12 @@ use sim_harness::link::{
     Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
-use sim_harness::mapping::CountingMapper;
+use sim_harness::mapping::{CountingMapper, FootprintMapper};
 use sim_harness::output;
 use sim_harness::world::Scenario;
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 
+use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
 use super::{Ending, Outcome, target};
@@ -57,6 +58,9 @@ pub(super) struct Replay {
     /// Seed of what is random about the faults.
     #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
     seed_of_faults: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where map, summary and event stream go.
     #[arg(long, default_value = "out/replay", value_name = "DIR")]
     out: PathBuf,
@@ -144,7 +148,7 @@ impl Replay {
         recording: &Recording,
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
-        let mut survey = Survey::new(cell_m);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
@@ -214,7 +218,7 @@ impl Replay {
         };
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;
-        let mut survey = Survey::new(cell_m);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
@@ -278,6 +282,12 @@ impl Replay {
             figures.cells_occupied,
             figures.cells_free
         );
+        if let Some(radius_m) = figures.footprint_radius_m {
+            println!(
+                "the robot's footprint is free in the map: hull of {:.0} mm radius",
+                1e3 * radius_m
+            );
+        }
         let broke_off = run.events.iter();
         let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
         match broke_off.count() {
@@ -286,7 +296,11 @@ impl Replay {
         }
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
-            let mut mapper = CountingMapper::new(scenario.cell_m);
+            let mut mapper = FootprintMapper::new(
+                CountingMapper::new(scenario.cell_m),
+                scenario.cell_m,
+                self.footprint.radius_m(config),
+            );
             DriveScores::of(&mut mapper, &run.events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
