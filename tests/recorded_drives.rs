@@ -9,7 +9,7 @@ use std::path::Path;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::sensor::SensorMask;
-use sim_harness::evaluation::WallReport;
+use sim_harness::evaluation::{Surroundings, WallReport};
 use sim_harness::{Survey, log, run};
 
 /// The sensors that see the guide robot ahead.
@@ -44,7 +44,7 @@ fn walls_of_the_recorded_drives_are_found_where_they_stand() {
         ("Right_Right", false, true),
     ] {
         let survey = survey(&folder, drive, Profile::Plus);
-        let legs = WallReport::by_leg(&survey.map(), &survey.path());
+        let legs = WallReport::by_leg(&Surroundings::new(&survey.map(), &survey.path()));
         let leg = legs.first().unwrap();
         for (side, is_wall) in [(leg.left, left), (leg.right, right)] {
             assert_eq!(side.claimed, is_wall, "{drive}: {leg}");

@@ -326,3 +326,46 @@ fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
         assert!(shown.contains(words), "{command:?}: {shown}");
     }
 }
+
+/// A drive that was recorded as text: 30 rows of 5 mm each along x from every start.
+fn text_drive(path: &str, starts_um: &[(i64, i64)]) {
+    let mut text = String::from(
+        "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\tX [ym]\tY [ym]\tTheta [yrad]\n",
+    );
+    for (x, y) in starts_um {
+        for row in 0..30 {
+            let (noise, x) = (row % 3, x + 5_000 * row);
+            text += &format!(
+                "{}\t0\t0\t1900\t2200\t4\t19\t{noise}\t{x}\t{y}\t0\n",
+                10 + noise
+            );
+        }
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_map_that_is_cut_says_so_in_print_and_in_its_summary() {
+    let folder = Folder::new("cut");
+    let (drive, out) = (folder.file("jump.txt"), folder.file("out"));
+    text_drive(&drive, &[(0, 0), (85_000_000, 85_000_000)]);
+    let output = ipf(&["replay", &drive, "--particles", "100", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    for words in [
+        "30 steps over 0.2",
+        "THE MAP IS CUT: it holds at most 64000000 cells",
+        "leg 2 of 2",
+        "left:  not mapped",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let figure = |key: &str| summary["figures"][key].as_f64().unwrap();
+    assert!(figure("cells_refused") > 0.0, "{summary}");
+    assert!(
+        figure("path_m") < 0.3 && figure("mean_step_m") < 0.011,
+        "{summary}"
+    );
+}

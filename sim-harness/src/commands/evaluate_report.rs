@@ -78,6 +78,17 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
                 println!("{}", line(*method, &trials));
             }
         }
+        for trial in trials
+            .iter()
+            .filter(|trial| trial.scenario == scenario.name)
+        {
+            if trial.scores.last.cells_refused > 0 {
+                println!(
+                    "THE MAP IS CUT: {}, seed {}: {} updates of cells were refused",
+                    trial.method, trial.seed, trial.scores.last.cells_refused
+                );
+            }
+        }
         println!();
     }
     println!(

@@ -16,7 +16,7 @@ use sim_harness::link::{
     Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
-use sim_harness::mapping::{CountingMapper, FootprintMapper};
+use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::output;
 use sim_harness::world::Scenario;
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
@@ -282,6 +282,12 @@ impl Replay {
             figures.cells_occupied,
             figures.cells_free
         );
+        if figures.cells_refused > 0 {
+            println!(
+                "THE MAP IS CUT: it holds at most {MAX_CELLS} cells, {} updates of cells were refused",
+                figures.cells_refused
+            );
+        }
         if let Some(radius_m) = figures.footprint_radius_m {
             println!(
                 "the robot's footprint is free in the map: hull of {:.0} mm radius",

@@ -47,6 +47,9 @@ pub struct Scores {
     pub cells: u64,
     /// Cells within the judged rectangle that are not classified.
     pub unknown: u64,
+    /// Updates of cells that were refused because the map would exceed the limit; above zero, the map is cut
+    /// and all figures are those of the part that is there.
+    pub cells_refused: u64,
 }
 
 /// Classified cells by truth and verdict.
@@ -130,6 +133,7 @@ impl Scores {
             coverage: coverage(map, truth),
             cells,
             unknown: judged_cells(map, truth).saturating_sub(cells),
+            cells_refused: map.refused(),
         }
     }
 }
@@ -211,7 +215,11 @@ impl fmt::Display for Scores {
             share(self.coverage),
             self.cells,
             self.unknown,
-        )
+        )?;
+        match self.cells_refused {
+            0 => Ok(()),
+            refused => write!(f, "  MAP CUT: {refused} updates of cells refused"),
+        }
     }
 }
 

@@ -48,6 +48,8 @@ struct Footprint {
     /// Cells without content, for their places.
     places: Grid<()>,
     cells: BTreeSet<Cell>,
+    /// Steps so far away that no grid has cells there.
+    refused: u64,
     /// The robot's centre at the step before, unless the odometry broke off since.
     last: Option<Vector>,
 }
@@ -61,6 +63,7 @@ impl<M> FootprintMapper<M> {
             radius_m,
             places: Grid::new(cell_m, ()),
             cells: BTreeSet::new(),
+            refused: 0,
             last: None,
         });
         Self { mapper, footprint }
@@ -70,6 +73,12 @@ impl<M> FootprintMapper<M> {
     #[must_use]
     pub fn hull_radius_m(&self) -> Option<f64> {
         self.footprint.as_ref().map(|footprint| footprint.radius_m)
+    }
+
+    /// The mapper without the footprint.
+    #[must_use]
+    pub fn counted(&self) -> &M {
+        &self.mapper
     }
 }
 
@@ -83,12 +92,15 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
 
     fn map(&self) -> Map {
         let mut map = self.mapper.map();
-        let cells = self.footprint.iter().flat_map(|footprint| &footprint.cells);
-        for cell in cells {
+        let Some(footprint) = &self.footprint else {
+            return map;
+        };
+        for cell in &footprint.cells {
             if let Some(p_occ) = map.reach(*cell) {
                 *p_occ = FREE;
             }
         }
+        (0..footprint.refused).for_each(|_| map.refuse());
         map
     }
 }
@@ -118,6 +130,7 @@ impl Footprint {
             .places
             .cell_at(from.x.max(to.x) + radius_m, from.y.max(to.y) + radius_m);
         let (Some(low), Some(high)) = (low, high) else {
+            self.refused += 1;
             return;
         };
         for row in low.row..=high.row {

@@ -221,6 +221,7 @@ fn picture(
     MapPicture {
         title: Some(title),
         path: &path,
+        jumps: &[],
         final_heading_rad: heading,
         outlines: &outlines,
         window,
