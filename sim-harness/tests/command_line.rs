@@ -9,7 +9,8 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
-use amiro_ipf::event::{Boot, ClockSource, Event, Status};
+use amiro_ipf::driver::{OffsetOrigin, Offsets};
+use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
@@ -329,17 +330,21 @@ fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
 
 /// A drive that was recorded as text: 30 rows of 5 mm each along x from every start.
 fn text_drive(path: &str, starts_um: &[(i64, i64)]) {
+    let rows = |(x, y): &(i64, i64)| (0..30).map(|row| (x + 5_000 * row, *y)).collect::<Vec<_>>();
+    text_stations(path, &starts_um.iter().flat_map(rows).collect::<Vec<_>>());
+}
+
+/// A row of text at each place.
+fn text_stations(path: &str, places_um: &[(i64, i64)]) {
     let mut text = String::from(
         "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\tX [ym]\tY [ym]\tTheta [yrad]\n",
     );
-    for (x, y) in starts_um {
-        for row in 0..30 {
-            let (noise, x) = (row % 3, x + 5_000 * row);
-            text += &format!(
-                "{}\t0\t0\t1900\t2200\t4\t19\t{noise}\t{x}\t{y}\t0\n",
-                10 + noise
-            );
-        }
+    for (row, (x, y)) in places_um.iter().enumerate() {
+        let noise = row % 3;
+        text += &format!(
+            "{}\t0\t0\t1900\t2200\t4\t19\t{noise}\t{x}\t{y}\t0\n",
+            10 + noise
+        );
     }
     std::fs::write(path, text).unwrap();
 }
@@ -368,4 +373,52 @@ fn a_map_that_is_cut_says_so_in_print_and_in_its_summary() {
         figure("path_m") < 0.3 && figure("mean_step_m") < 0.011,
         "{summary}"
     );
+}
+
+#[test]
+fn a_series_whose_odometry_does_not_move_is_refused_with_the_command_for_it() {
+    let folder = Folder::new("stepped");
+    let (series, out) = (folder.file("series.txt"), folder.file("out"));
+    let stations: Vec<(i64, i64)> = (0..17).map(|station| (256 * (station % 3), 0)).collect();
+    text_stations(&series, &stations);
+    let output = ipf(&["replay", &series, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    for words in [
+        "series.txt: the odometry does not move: its 17 poses lie within 0.5 mm",
+        "evaluate --recordings",
+        "--fixed",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    assert!(!Path::new(&out).exists(), "nothing is written");
+    // With a step per tick there is a map.
+    let output = ipf(&["replay", &series, "--fixed", "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}
+
+#[test]
+fn offsets_are_no_success_without_a_measurement() {
+    // The board takes the order, and then reports what its memory holds.
+    let stored = OffsetReport {
+        offsets: Offsets {
+            origin: OffsetOrigin::Stored,
+            ..Offsets::default()
+        },
+        is_kept: true,
+        ..OffsetReport::default()
+    };
+    let port = plug(move |input| Said {
+        boot_id: 1,
+        events: match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            _ => vec![Event::Offsets(stored)],
+        },
+        ..Said::default()
+    });
+    let output = ipf(&["offsets", "--on", &port]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("no offsets were measured"), "{shown}");
 }

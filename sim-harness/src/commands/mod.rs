@@ -15,6 +15,7 @@ mod replay;
 mod report;
 mod settings;
 mod simulate;
+mod standstill;
 mod target;
 
 use std::error::Error;

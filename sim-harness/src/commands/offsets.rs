@@ -36,7 +36,11 @@ impl Offsets {
             measure_offsets(&mut board)?
         };
         let Some(report) = report else {
-            eprintln!("the board said nothing of its offsets");
+            if self.read {
+                eprintln!("the board reported no offsets");
+            } else {
+                eprintln!("no offsets were measured: the board reported no measurement within 5 s");
+            }
             return Ok(Ending::Failed);
         };
         println!("{}", offsets_in_words(&report));

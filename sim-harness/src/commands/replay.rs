@@ -24,6 +24,7 @@ use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
+use super::standstill::Standstill;
 use super::{Ending, Outcome, target};
 
 /// Map cells of a drive without a scenario, metres.
@@ -125,6 +126,14 @@ impl Replay {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
             _ => self.on_board(&config, &inputs, cell_m)?,
         };
+        if let Some(standstill) = Standstill::of(&config, &inputs, &run.survey) {
+            let what = format!("{}: {standstill}", self.file.display());
+            // With a comparison the digests were the point; else there is nothing to show.
+            if run.comparison.is_none() {
+                return Err(what.into());
+            }
+            eprintln!("{what}");
+        }
         self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
         let differs = run.comparison.is_some_and(|verdict| !verdict.equal);
         Ok(if differs {
