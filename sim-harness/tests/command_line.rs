@@ -422,3 +422,56 @@ fn offsets_are_no_success_without_a_measurement() {
     assert_eq!(output.status.code(), Some(1), "{shown}");
     assert!(shown.contains("no offsets were measured"), "{shown}");
 }
+
+#[test]
+fn a_scenario_from_a_pipe_is_in_its_recording() {
+    let folder = Folder::new("pipe");
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let out = folder.file("drive.ipf");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(["simulate", "/dev/stdin", "--out", &out])
+        .stdin(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(text.as_bytes())
+        .unwrap();
+    assert!(child.wait().unwrap().success());
+    let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+    let told = recording.truth.and_then(|truth| truth.scenario).unwrap();
+    assert!(told.ends_with(&text), "{told}");
+}
+
+#[test]
+fn a_scenario_that_cannot_be_is_refused_with_its_file_and_nothing_is_written() {
+    let folder = Folder::new("impossible");
+    let (world, out) = (folder.file("world.toml"), folder.file("drive.ipf"));
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let inside = "[[cylinder]]\ncenter = [-0.400, 0]\nradius_m = 0.02\n";
+    std::fs::write(&world, text.clone() + inside).unwrap();
+    for command in [
+        &["simulate", &world, "--out", &out][..],
+        &["evaluate", "--scenario", &world, "--seeds", "100..101"],
+    ] {
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        let words = "world.toml: start: the robot's centre at [-0.400, 0.000] is inside cylinder 1";
+        assert!(shown.contains(words), "{command:?}: {shown}");
+    }
+    assert!(!Path::new(&out).exists());
+    // On purpose it is driven, and its recording replayed.
+    std::fs::write(
+        &world,
+        "allow = [\"collision\"]\n".to_owned() + &text + inside,
+    )
+    .unwrap();
+    let output = ipf(&["simulate", &world, "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    let map = folder.file("map");
+    let output = ipf(&["replay", &out, "--particles", "100", "--out", &map]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}

@@ -18,7 +18,7 @@ use sim_harness::link::{
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::output;
-use sim_harness::world::Scenario;
+use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 
 use super::footprint::FootprintSwitch;
@@ -97,7 +97,7 @@ impl Replay {
             eprintln!("{}", recording.refusals);
         }
         let config = as_replayed(self.settings.apply(recording.config)?);
-        let scenario = scenario_of(&recording)?;
+        let scenario = scenario_of(&recording).map_err(|error| error.of_file(&self.file))?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
         let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
         for (text, seed) in told_faults {
@@ -402,12 +402,12 @@ impl Replay {
 }
 
 /// The world that a simulated recording carries.
-fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, Box<dyn Error>> {
+fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, ScenarioError> {
     let text = recording
         .truth
         .as_ref()
         .and_then(|truth| truth.scenario.as_ref());
-    Ok(text.map(|text| Scenario::parse(text)).transpose()?)
+    text.map(|text| Scenario::parse(text)).transpose()
 }
 
 /// A configuration under which everything comes in with the recording, whatever the
