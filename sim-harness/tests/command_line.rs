@@ -475,3 +475,66 @@ fn a_scenario_that_cannot_be_is_refused_with_its_file_and_nothing_is_written() {
     let output = ipf(&["replay", &out, "--particles", "100", "--out", &map]);
     assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
 }
+
+#[test]
+fn errors_stand_in_two_columns_beside_the_free_map_and_are_defined_where_they_stand() {
+    let folder = Folder::new("errors");
+    let (out, json) = (folder.file("demo"), folder.file("trials.json"));
+    let demo = printed(&ipf(&["demo", "--out", &out]));
+    let evaluate = printed(&ipf(&[
+        "evaluate",
+        "--scenario",
+        "ssso",
+        "--methods",
+        "plus,all-free",
+        "--seeds",
+        "100..101",
+        "--particles",
+        "100",
+        "--json",
+        &json,
+    ]));
+    for shown in [&demo, &evaluate] {
+        for words in [
+            "OE: overall error, ",
+            "Plain OE: ",
+            "TPR, FPR: ",
+            "Recall: ",
+            "Coverage: ",
+        ] {
+            assert!(shown.contains(words), "{words}: {shown}");
+        }
+        let definition = shown.find("OE: overall error, ").unwrap();
+        assert!(definition < shown.find("all-free  ").unwrap(), "{shown}");
+    }
+    assert!(demo.contains("plain OE   1.1 %"), "{demo}");
+    assert!(evaluate.contains("OE % +- std  plain %"), "{evaluate}");
+    let trials = std::fs::read_to_string(&json).unwrap();
+    for key in ["\"oe\":", "\"oe_unexpanded\":"] {
+        assert!(trials.contains(key), "{key}: {trials}");
+    }
+}
+
+#[test]
+fn a_map_with_its_footprint_off_is_the_counted_one() {
+    let folder = Folder::new("footprint");
+    let drive = folder.file("drive.txt");
+    text_drive(&drive, &[(0, 0)]);
+    let map = |footprint: &[&str]| {
+        let out = folder.file("out");
+        let mut command = vec!["replay", drive.as_str(), "--out", out.as_str()];
+        command.extend(footprint);
+        assert_eq!(ipf(&command).status.code(), Some(0));
+        let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let radius = summary["figures"]["footprint_radius_m"].as_f64();
+        (std::fs::read(folder.file("out/map.pgm")).unwrap(), radius)
+    };
+    let (counted, radius) = map(&["--footprint", "off"]);
+    assert_eq!(radius, None);
+    let (by_default, radius) = map(&[]);
+    assert_eq!(radius, Some(0.05));
+    assert!(by_default != counted);
+    // Pinned: the map that this drive had before maps had a footprint.
+    assert_eq!(amiro_ipf::checksum::CRC.checksum(&counted), 849_227_224);
+}

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
-use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::figures::{Picture, Window, beside};
+use sim_harness::mapping::{AllFreeMapper, Mapper};
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{Survey, run};
 
@@ -41,12 +42,19 @@ impl Demo {
             self.seed
         );
         println!();
+        println!("{SCORES_IN_WORDS}");
+        println!();
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
         let mut surveys = Vec::new();
         for (name, profile) in profiles {
             let (survey, scores) = self.map(&scenario, profile)?;
-            println!("{name:>6}  {scores}");
+            println!("{name:>8}  {scores}");
             surveys.push((name, survey));
+        }
+        if let Some((_, survey)) = surveys.first() {
+            let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+            let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
+            println!("{:>8}  {scores}", "all-free");
         }
         // One window for both, so that the pictures lie side by side at one scale.
         let window = surveys

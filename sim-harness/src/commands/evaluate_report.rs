@@ -1,7 +1,7 @@
 //! What `evaluate` prints: tables, comparisons, verdicts, and what was not reproduced.
 
 use sim_harness::evaluation::{
-    Comparison, Figure, Measure, Method, Spread, Trial, Trials, Verdict,
+    Comparison, Figure, Measure, Method, SCORES_IN_WORDS, Spread, Trial, Trials, Verdict,
 };
 
 /// Most overall error that the AMiRo's odometry may cost, as a share.
@@ -17,6 +17,15 @@ pub(super) fn world(comparison: &Comparison) {
     if let Some(alpha) = comparison.alpha_counts_m2 {
         println!("Filters and ISM believe in alpha = {alpha:.3} counts m^2.");
     }
+    if comparison.footprint {
+        println!("The robot's footprint is free in every map; not so in the paper.");
+    }
+    println!();
+    println!("{SCORES_IN_WORDS}");
+    println!(
+        "PathOE: mean of OE over eight snapshots. False, frontier: occupied cells in the \
+         openings, frontier cells\nin the worse one (smallest seed)."
+    );
     println!();
 }
 
@@ -26,7 +35,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
     println!();
     println!(
         "Odometry of the AMiRo, OE % of exact poses / as on its bus / the same without \
-         prediction to the readings' time"
+         prediction to the readings' time; plain OE % of the same three"
     );
     let mut all_hold = true;
     for scenario in &comparison.scenarios {
@@ -36,11 +45,18 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
             let [Some(exact), Some(amiro), undated] = oe else {
                 continue;
             };
+            let plain = trials.map(|trials| {
+                let plain = Trials::of(trials, &scenario.name, method)?.mean(Measure::OePlain);
+                plain.map(|share| 100.0 * share)
+            });
+            let [exact_plain, amiro_plain, undated_plain] =
+                plain.map(|value| Figure { value, decimals: 2 });
             let holds = amiro - exact <= ODOMETRY_LOSS_AT_MOST;
             all_hold &= holds;
             let percent = |share: f64| 100.0 * share;
             println!(
-                "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points",
+                "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points; \
+                 plain {exact_plain:5} / {amiro_plain:5} / {undated_plain:5}",
                 if holds { "PASS" } else { "FAIL" },
                 scenario.name,
                 percent(exact),
@@ -58,9 +74,10 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {
         println!("{}: {}", scenario.name, scenario.about);
         println!(
-            "{:20} {:>12} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
+            "{:20} {:>12} {:>8} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
             "means over the seeds",
             "OE % +- std",
+            "plain %",
             "worst seed",
             "TPR",
             "FPR",
@@ -91,15 +108,6 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
         }
         println!();
     }
-    println!(
-        "OE: wrong of the classified cells at the best wall expansion, pathOE its mean over \
-         eight snapshots; recall: visible surface found;"
-    );
-    println!(
-        "cover: visible free space classified; false, frontier: occupied cells in the openings, \
-         frontier cells in the worse one (smallest seed)."
-    );
-    println!();
 }
 
 fn line(method: Method, trials: &Trials) -> String {
@@ -117,9 +125,10 @@ fn line(method: Method, trials: &Trials) -> String {
     let smallest = trials.smallest(Measure::OpeningFrontier);
     let smallest = smallest.map_or(String::new(), |(cells, _)| format!(" ({cells:.0})"));
     format!(
-        "{method:20} {:5} +- {:3} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
+        "{method:20} {:5} +- {:3} {:8} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
         percent(oe.mean),
         percent(oe.deviation),
+        percent(mean(Measure::OePlain)),
         figure(mean(Measure::Tpr), 2),
         figure(mean(Measure::Fpr), 2),
         figure(mean(Measure::J), 2),
@@ -135,17 +144,22 @@ fn line(method: Method, trials: &Trials) -> String {
 
 /// The overall error of each filter against the inverse sensor model, drive by drive.
 pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
-    println!("OE on the same readings, filter less ISM: percentage points +- standard error");
+    println!(
+        "OE on the same readings, filter less ISM: percentage points +- standard error; plain OE \
+         likewise"
+    );
     for scenario in &comparison.scenarios {
         for filter in [Method::Paper, Method::Plus, Method::PlusCarving] {
             for model in [Method::IsmStandard, Method::IsmTuned] {
                 let of = |method| Trials::of(trials, &scenario.name, method);
                 if let Some((its, models)) = of(filter).zip(of(model)) {
                     let differences = its.less(&models, Measure::Oe);
+                    let plain = its.less(&models, Measure::OePlain);
                     let name = &scenario.name;
                     println!(
-                        "{name:6} {filter:12} - {model:12} {}",
-                        paired_line(&differences)
+                        "{name:6} {filter:12} - {model:12} {}; plain {}",
+                        paired_line(&differences),
+                        paired_line(&plain)
                     );
                 }
             }

@@ -321,6 +321,7 @@ impl Replay {
         let walls = scenario.is_none().then(|| Walls::of(survey));
         if let Some(scores) = &scores {
             println!("{}", scores.last);
+            println!("(the figures are explained by `cargo ipf demo` and in docs/evaluation.md)");
         }
         if let Some(walls) = &walls {
             println!("{walls}");

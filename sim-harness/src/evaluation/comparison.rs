@@ -120,7 +120,7 @@ impl Comparison {
         let trial = |method: &Method| {
             let run = runs.iter().find(|run| run.serves(*method))?;
             let mut mapper = FootprintMapper::new(
-                method.mapper(scenario.cell_m, &run.config),
+                method.mapper(scenario, &run.config),
                 scenario.cell_m,
                 self.footprint.then(|| hull_radius_m(&run.config.ring)),
             );

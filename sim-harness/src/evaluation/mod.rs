@@ -35,7 +35,7 @@ pub use method::{Method, UnknownMethod};
 pub use openings::OpeningScores;
 pub use paper_claims::paper_claims;
 pub use record::{Record, ScoreRecord, json};
-pub use scores::Scores;
+pub use scores::{SCORES_IN_WORDS, Scores};
 pub use spread::Spread;
 pub use standard::{STANDARD, standard};
 pub use trials::Trials;

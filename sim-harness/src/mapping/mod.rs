@@ -3,6 +3,7 @@
 //! A mapper reads events only, never a filter's insides: a map from a board and a map
 //! from a host are the same map.
 
+mod all_free;
 mod carving;
 mod counting;
 mod footprint;
@@ -10,6 +11,7 @@ mod grid;
 mod inverse_sensor;
 mod lobes;
 
+pub use all_free::AllFreeMapper;
 pub use counting::CountingMapper;
 pub use footprint::{FootprintMapper, hull_radius_m};
 pub use grid::{Cell, Grid, MAX_CELLS};
