@@ -166,6 +166,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Gone,
         LinkError::Interrupted,
         LinkError::NoBoot,
+        LinkError::OtherSession,
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
@@ -180,6 +181,7 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Gone
             | LinkError::Interrupted
             | LinkError::NoBoot
+            | LinkError::OtherSession
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }
             | LinkError::Silent

@@ -87,11 +87,7 @@ fn kind(message: &Message) -> &'static str {
 
 /// An encoder whose next frame has the given number.
 fn encoder_at(boot_id: u8, sequence: u16) -> Encoder {
-    let mut encoder = Encoder::new(boot_id);
-    while encoder.sequence() != sequence {
-        encoder.encode(Outgoing::Input(&Input::Hello));
-    }
-    encoder
+    Encoder::numbered_from(boot_id, sequence)
 }
 
 fn encode(frame: &Frame) -> Vec<u8> {
@@ -447,7 +443,17 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let from_host = from_host.chain(truth_since_2);
     let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
-    from_host.chain(from_board).collect()
+    // A session that does not begin at 0.
+    let hello = Message::Input(Input::Hello);
+    let answer = Message::Event(Event::Answer {
+        input: 0x9c41,
+        refused: None,
+    });
+    let session = [
+        ("hello-session", 0xa5, 0x9c41, hello),
+        ("answer-session", 3, 300, answer),
+    ];
+    from_host.chain(from_board).chain(session).collect()
 }
 
 /// The golden frames in a block of the document: name and bytes.

@@ -9,7 +9,8 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
-use amiro_ipf::event::{Boot, ClockSource, Event, Status};
+use amiro_ipf::driver::{OffsetOrigin, Offsets};
+use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
@@ -752,4 +753,215 @@ fn a_board_that_is_reset_in_a_loop_ends_a_recording_with_6() {
     assert_eq!(output.status.code(), Some(6), "{shown}");
     assert!(shown.contains("the board was reset 100 times"), "{shown}");
     assert_eq!(names(&folder).len(), 100);
+}
+
+/// A drive that was recorded as text: 30 rows of 5 mm each along x from every start.
+fn text_drive(path: &str, starts_um: &[(i64, i64)]) {
+    let rows = |(x, y): &(i64, i64)| (0..30).map(|row| (x + 5_000 * row, *y)).collect::<Vec<_>>();
+    text_stations(path, &starts_um.iter().flat_map(rows).collect::<Vec<_>>());
+}
+
+/// A row of text at each place.
+fn text_stations(path: &str, places_um: &[(i64, i64)]) {
+    let mut text = String::from(
+        "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\tX [ym]\tY [ym]\tTheta [yrad]\n",
+    );
+    for (row, (x, y)) in places_um.iter().enumerate() {
+        let noise = row % 3;
+        text += &format!(
+            "{}\t0\t0\t1900\t2200\t4\t19\t{noise}\t{x}\t{y}\t0\n",
+            10 + noise
+        );
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_map_that_is_cut_says_so_in_print_and_in_its_summary() {
+    let folder = Folder::new("cut");
+    let (drive, out) = (folder.file("jump.txt"), folder.file("out"));
+    text_drive(&drive, &[(0, 0), (85_000_000, 85_000_000)]);
+    let output = ipf(&["replay", &drive, "--particles", "100", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    for words in [
+        "30 steps over 0.2",
+        "THE MAP IS CUT: it holds at most 64000000 cells",
+        "leg 2 of 2",
+        "left:  not mapped",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let figure = |key: &str| summary["figures"][key].as_f64().unwrap();
+    assert!(figure("cells_refused") > 0.0, "{summary}");
+    assert!(
+        figure("path_m") < 0.3 && figure("mean_step_m") < 0.011,
+        "{summary}"
+    );
+}
+
+#[test]
+fn a_series_whose_odometry_does_not_move_is_refused_with_the_command_for_it() {
+    let folder = Folder::new("stepped");
+    let (series, out) = (folder.file("series.txt"), folder.file("out"));
+    let stations: Vec<(i64, i64)> = (0..17).map(|station| (256 * (station % 3), 0)).collect();
+    text_stations(&series, &stations);
+    let output = ipf(&["replay", &series, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    for words in [
+        "series.txt: the odometry does not move: its 17 poses lie within 0.5 mm",
+        "evaluate --recordings",
+        "--fixed",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    assert!(!Path::new(&out).exists(), "nothing is written");
+    // With a step per tick there is a map.
+    let output = ipf(&["replay", &series, "--fixed", "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}
+
+#[test]
+fn offsets_are_no_success_without_a_measurement() {
+    // The board takes the order, and then reports what its memory holds.
+    let stored = OffsetReport {
+        offsets: Offsets {
+            origin: OffsetOrigin::Stored,
+            ..Offsets::default()
+        },
+        is_kept: true,
+        ..OffsetReport::default()
+    };
+    let port = plug(move |input| Said {
+        boot_id: 1,
+        events: match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            _ => vec![Event::Offsets(stored)],
+        },
+        ..Said::default()
+    });
+    let output = ipf(&["offsets", "--on", &port]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("no offsets were measured"), "{shown}");
+}
+
+#[test]
+fn a_scenario_from_a_pipe_is_in_its_recording() {
+    let folder = Folder::new("pipe");
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let out = folder.file("drive.ipf");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(["simulate", "/dev/stdin", "--out", &out])
+        .stdin(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(text.as_bytes())
+        .unwrap();
+    assert!(child.wait().unwrap().success());
+    let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+    let told = recording.truth.and_then(|truth| truth.scenario).unwrap();
+    assert!(told.ends_with(&text), "{told}");
+}
+
+#[test]
+fn a_scenario_that_cannot_be_is_refused_with_its_file_and_nothing_is_written() {
+    let folder = Folder::new("impossible");
+    let (world, out) = (folder.file("world.toml"), folder.file("drive.ipf"));
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let inside = "[[cylinder]]\ncenter = [-0.400, 0]\nradius_m = 0.02\n";
+    std::fs::write(&world, text.clone() + inside).unwrap();
+    for command in [
+        &["simulate", &world, "--out", &out][..],
+        &["evaluate", "--scenario", &world, "--seeds", "100..101"],
+    ] {
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        let words = "world.toml: start: the robot's centre at [-0.400, 0.000] is inside cylinder 1";
+        assert!(shown.contains(words), "{command:?}: {shown}");
+    }
+    assert!(!Path::new(&out).exists());
+    // On purpose it is driven, and its recording replayed.
+    std::fs::write(
+        &world,
+        "allow = [\"collision\"]\n".to_owned() + &text + inside,
+    )
+    .unwrap();
+    let output = ipf(&["simulate", &world, "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    let map = folder.file("map");
+    let output = ipf(&["replay", &out, "--particles", "100", "--out", &map]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}
+
+#[test]
+fn errors_stand_in_two_columns_beside_the_free_map_and_are_defined_where_they_stand() {
+    let folder = Folder::new("errors");
+    let (out, json) = (folder.file("demo"), folder.file("trials.json"));
+    let demo = printed(&ipf(&["demo", "--out", &out]));
+    let evaluate = printed(&ipf(&[
+        "evaluate",
+        "--scenario",
+        "ssso",
+        "--methods",
+        "plus,all-free",
+        "--seeds",
+        "100..101",
+        "--particles",
+        "100",
+        "--json",
+        &json,
+    ]));
+    for shown in [&demo, &evaluate] {
+        for words in [
+            "OE: overall error, ",
+            "Plain OE: ",
+            "TPR, FPR: ",
+            "Recall: ",
+            "Coverage: ",
+        ] {
+            assert!(shown.contains(words), "{words}: {shown}");
+        }
+        let definition = shown.find("OE: overall error, ").unwrap();
+        assert!(definition < shown.find("all-free  ").unwrap(), "{shown}");
+    }
+    assert!(demo.contains("plain OE   1.1 %"), "{demo}");
+    assert!(evaluate.contains("OE % +- std  plain %"), "{evaluate}");
+    let trials = std::fs::read_to_string(&json).unwrap();
+    for key in ["\"oe\":", "\"oe_unexpanded\":"] {
+        assert!(trials.contains(key), "{key}: {trials}");
+    }
+}
+
+#[test]
+fn a_map_with_its_footprint_off_is_the_counted_one() {
+    let folder = Folder::new("footprint");
+    let drive = folder.file("drive.txt");
+    text_drive(&drive, &[(0, 0)]);
+    let map = |footprint: &[&str]| {
+        let out = folder.file("out");
+        let mut command = vec!["replay", drive.as_str(), "--out", out.as_str()];
+        command.extend(footprint);
+        assert_eq!(ipf(&command).status.code(), Some(0));
+        let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let radius = summary["figures"]["footprint_radius_m"].as_f64();
+        (std::fs::read(folder.file("out/map.pgm")).unwrap(), radius)
+    };
+    let (counted, radius) = map(&["--footprint", "off"]);
+    assert_eq!(radius, None);
+    let (by_default, radius) = map(&[]);
+    assert_eq!(radius, Some(0.05));
+    assert!(by_default != counted);
+    // Pinned: the map that this drive had before maps had a footprint.
+    assert_eq!(amiro_ipf::checksum::CRC.checksum(&counted), 849_227_224);
 }

@@ -20,6 +20,7 @@ use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
 
+use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome};
 use super::{evaluate_report, evaluate_robot};
 
@@ -40,7 +41,8 @@ pub(super) struct Evaluate {
         value_name = "METHODS",
         value_delimiter = ',',
         default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
-                         ism-standard-object,ism-tuned-dropped,ism-tuned-object"
+                         ism-standard-object,ism-tuned-dropped,ism-tuned-object,\
+                         all-free"
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
@@ -63,6 +65,16 @@ pub(super) struct Evaluate {
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,
+    /// Whether cells of every map whose centre has been under the robot's hull are free;
+    /// not so in the paper.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = FootprintSwitch::Off,
+        value_name = "on|off",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    footprint: FootprintSwitch,
     /// Threads; 0 for one a processor. The figures do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -239,6 +251,7 @@ impl Evaluate {
             } else {
                 self.alpha
             },
+            footprint: self.footprint == FootprintSwitch::On,
             threads: self.threads,
         })
     }

@@ -8,6 +8,7 @@ mod evaluate_report;
 mod evaluate_robot;
 mod exit_code;
 mod figures;
+mod footprint;
 mod image;
 mod offsets;
 mod parts;
@@ -16,6 +17,7 @@ mod replay;
 mod report;
 mod settings;
 mod simulate;
+mod standstill;
 mod target;
 
 use std::error::Error;

@@ -37,7 +37,13 @@ impl Offsets {
             measure_offsets(&mut board)?
         };
         let Some(report) = report else {
-            console::warn("the board said nothing of its offsets");
+            if self.read {
+                console::warn("the board reported no offsets");
+            } else {
+                console::warn(
+                    "no offsets were measured: the board reported no measurement within 5 s",
+                );
+            }
             return Ok(Ending::Failed);
         };
         console::print_text(offsets_in_words(&report));

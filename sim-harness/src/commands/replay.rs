@@ -16,13 +16,15 @@ use sim_harness::link::{
     Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
-use sim_harness::mapping::CountingMapper;
+use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::output;
-use sim_harness::world::Scenario;
+use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 
+use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
+use super::standstill::Standstill;
 use super::{Ending, Outcome, target};
 
 /// Map cells of a drive without a scenario, metres.
@@ -57,6 +59,9 @@ pub(super) struct Replay {
     /// Seed of what is random about the faults.
     #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
     seed_of_faults: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where map, summary and event stream go.
     #[arg(long, default_value = "out/replay", value_name = "DIR")]
     out: PathBuf,
@@ -96,7 +101,7 @@ impl Replay {
             console::warn_text(&recording.refusals);
         }
         let config = as_replayed(self.settings.apply(recording.config)?);
-        let scenario = scenario_of(&recording)?;
+        let scenario = scenario_of(&recording).map_err(|error| error.of_file(&self.file))?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
         let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
         for (text, seed) in told_faults {
@@ -128,6 +133,14 @@ impl Replay {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
             _ => self.on_board(&config, &inputs, cell_m)?,
         };
+        if let Some(standstill) = Standstill::of(&config, &inputs, &run.survey) {
+            let what = format!("{}: {standstill}", self.file.display());
+            // With a comparison the digests were the point; else there is nothing to show.
+            if run.comparison.is_none() {
+                return Err(what.into());
+            }
+            console::warn(what);
+        }
         self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
         let equality = run.comparison.map(|verdict| verdict.equality);
         Ok(match equality {
@@ -150,7 +163,7 @@ impl Replay {
         recording: &Recording,
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
-        let mut survey = Survey::new(cell_m);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
@@ -224,7 +237,7 @@ impl Replay {
             .map(|&(input, fault)| (input + 1, fault))
             .collect();
         comparison.expect_refusals(&refusals);
-        let mut survey = Survey::new(cell_m);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
@@ -282,7 +295,11 @@ impl Replay {
         let figures = survey.figures();
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
-            let mut mapper = CountingMapper::new(scenario.cell_m);
+            let mut mapper = FootprintMapper::new(
+                CountingMapper::new(scenario.cell_m),
+                scenario.cell_m,
+                self.footprint.radius_m(config),
+            );
             DriveScores::of(&mut mapper, &run.events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
@@ -302,34 +319,7 @@ impl Replay {
             comparison: run.comparison.clone(),
         };
         summary.save(&self.out)?;
-        let figures = &summary.figures;
-        console::print(format_args!(
-            "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
-            figures.steps,
-            figures.path_m,
-            figures
-                .mean_step_m
-                .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
-            figures.cells_occupied,
-            figures.cells_free
-        ));
-        let broke_off = run.events.iter();
-        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
-        match broke_off.count() {
-            0 => {}
-            times => console::print(format_args!(
-                "BrokeOff {times} times: parts of the map share no origin"
-            )),
-        }
-        if let Some(scores) = &scores {
-            console::print_text(scores.last);
-        }
-        if let Some(walls) = &summary.walls {
-            console::print_text(walls);
-        }
-        if let Some(comparison) = &run.comparison {
-            console::print_text(comparison);
-        }
+        print_report(&summary, scores.as_ref(), &run.events);
         Ok(())
     }
 
@@ -388,13 +378,59 @@ impl Replay {
     }
 }
 
+/// What was found, for the terminal.
+fn print_report(summary: &Summary, scores: Option<&DriveScores>, events: &[Event]) {
+    let figures = &summary.figures;
+    console::print(format_args!(
+        "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
+        figures.steps,
+        figures.path_m,
+        figures
+            .mean_step_m
+            .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
+        figures.cells_occupied,
+        figures.cells_free
+    ));
+    if figures.cells_refused > 0 {
+        console::print(format_args!(
+            "THE MAP IS CUT: it holds at most {MAX_CELLS} cells, {} updates of cells were refused",
+            figures.cells_refused
+        ));
+    }
+    if let Some(radius_m) = figures.footprint_radius_m {
+        console::print(format_args!(
+            "the robot's footprint is free in the map: hull of {:.0} mm radius",
+            1e3 * radius_m
+        ));
+    }
+    let broke_off = events
+        .iter()
+        .filter(|event| matches!(event, Event::BrokeOff { .. }));
+    match broke_off.count() {
+        0 => {}
+        times => console::print(format_args!(
+            "BrokeOff {times} times: parts of the map share no origin"
+        )),
+    }
+    if let Some(scores) = scores {
+        console::print_text(scores.last);
+        console::print("(the figures are explained by `cargo ipf demo` and in docs/evaluation.md)");
+    }
+    if let Some(walls) = &summary.walls {
+        console::print_text(walls);
+    }
+    if let Some(comparison) = &summary.comparison {
+        console::print_text(comparison);
+    }
+}
+
 /// The world that a simulated recording carries.
-fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, Box<dyn Error>> {
+fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, ScenarioError> {
     let text = recording
         .truth
         .as_ref()
         .and_then(|truth| truth.scenario.as_ref());
-    Ok(text.map(|text| Scenario::parse(text)).transpose()?)
+    text.map(|text| Scenario::parse(text)).transpose()
 }
 
 /// A configuration under which everything comes in with the recording, whatever the

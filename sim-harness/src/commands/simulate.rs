@@ -1,6 +1,5 @@
 //! `cargo ipf simulate`: a scenario, driven and recorded.
 
-use std::fs;
 use std::path::PathBuf;
 use std::slice;
 
@@ -18,7 +17,7 @@ use super::{Ending, Outcome};
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
-    /// The scenario, a TOML file. A first line of options in it, as recordings have it,
+    /// The scenario, a TOML file; `-` for standard input. A first line of options in it, as recordings have it,
     /// does not count: the flags do.
     scenario: PathBuf,
     /// Seed of the sensors' noise, and of the filter when the recording is replayed.
@@ -101,8 +100,7 @@ impl Simulate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         output::check(slice::from_ref(&self.out), &[&self.scenario])?;
-        let scenario = Scenario::load(&self.scenario)?;
-        let text = fs::read_to_string(&self.scenario)?;
+        let (scenario, text) = Scenario::load_with_text(&self.scenario)?;
         let options = self.differences.options()?;
         let drive = SimulatedDrive {
             scenario: &scenario,

@@ -73,10 +73,16 @@ impl<T: Clone> Grid<T> {
         self.first
     }
 
-    /// How often a cell was asked for that would have made the grid too large.
+    /// Number of cells asked for and refused because the grid would exceed [`MAX_CELLS`],
+    /// repetitions included: above zero, the grid is cut.
     #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
+    }
+
+    /// Counts a cell as refused that lies too far away to have a place in any grid.
+    pub fn refuse(&mut self) {
+        self.refused = self.refused.saturating_add(1);
     }
 
     /// The cell that holds a point of the world; `None` for NaN and points absurdly far away.
@@ -116,11 +122,21 @@ impl<T: Clone> Grid<T> {
     /// A cell to write to, growing the grid as needed; `None` when it may grow no further.
     pub fn reach(&mut self, cell: Cell) -> Option<&mut T> {
         if self.offset(cell).is_none() && !self.grow(cell) {
-            self.refused += 1;
+            self.refuse();
             return None;
         }
         let offset = self.offset(cell)?;
         self.cells.get_mut(offset)
+    }
+
+    /// The cell that holds a point of the world, as [`reach`](Self::reach); a point
+    /// without a cell is counted as refused.
+    pub fn reach_at(&mut self, x: f64, y: f64) -> Option<&mut T> {
+        let Some(cell) = self.cell_at(x, y) else {
+            self.refuse();
+            return None;
+        };
+        self.reach(cell)
     }
 
     fn grow(&mut self, cell: Cell) -> bool {
@@ -248,6 +264,8 @@ mod tests {
             .is_none()
         );
         assert_eq!(grid.refused(), 2);
+        assert!(grid.reach_at(1e30, 0.0).is_none(), "no cell has this place");
+        assert_eq!(grid.refused(), 3);
         assert!(grid.reach(Cell { row: 5, column: 5 }).is_some());
     }
 }

@@ -28,6 +28,15 @@ impl Shape {
         self.reflectivity
     }
 
+    /// What the shape is called in a scenario file.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self.form {
+            Form::Box { .. } => "box",
+            Form::Cylinder { .. } => "cylinder",
+        }
+    }
+
     /// Length of the outline, metres.
     #[must_use]
     pub fn outline_m(&self) -> f64 {
