@@ -32,7 +32,7 @@ use amiro_ipf::supervision::{
     Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
 };
 use amiro_ipf::wire::{
-    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Outgoing, Received,
+    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Received,
     SCENARIO_CHUNK, Truth, WINDOW, WIRE_VERSION,
 };
 use proptest::prelude::*;

@@ -14,7 +14,7 @@ use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
-use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received, WIRE_VERSION};
+use amiro_ipf::wire::{Decoder, Encoder, Frame, Message, Outgoing, Received, WIRE_VERSION};
 use serialport::{SerialPort, TTYPort};
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
@@ -964,4 +964,50 @@ fn a_map_with_its_footprint_off_is_the_counted_one() {
     assert!(by_default != counted);
     // Pinned: the map that this drive had before maps had a footprint.
     assert_eq!(amiro_ipf::checksum::CRC.checksum(&counted), 849_227_224);
+}
+
+#[test]
+fn a_recording_with_a_lost_particle_frame_replays_as_equal_with_exit_code_4() {
+    let folder = Folder::new("lost-particles");
+    let (drive, out) = (folder.file("drive.ipf"), folder.file("out"));
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/ssso.toml");
+    let arguments = ["simulate", scenario, "--seed", "100", "--out", &drive];
+    assert_eq!(ipf(&arguments).status.code(), Some(0));
+    let arguments = ["replay", &drive, "--particles", "100", "--out", &out];
+    assert_eq!(ipf(&arguments).status.code(), Some(0));
+    let whole = std::fs::read(folder.file("out/stream.ipf")).unwrap();
+    let replayed = |bytes: &[u8]| {
+        let path = folder.file("stream.ipf");
+        std::fs::write(&path, bytes).unwrap();
+        let output = ipf(&["replay", &path, "--out", &folder.file("again")]);
+        (output.status.code(), printed(&output))
+    };
+    let (code, shown) = replayed(&whole);
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains("\nEQUAL: "), "{shown}");
+    // Without one particle frame, and without the end of one step.
+    let without = |is_lost: fn(&Event) -> bool| -> Vec<u8> {
+        let mut lost = 0;
+        let pieces = whole.split_inclusive(|byte| *byte == 0);
+        let kept = pieces.filter(|piece| {
+            let mut bytes = piece.strip_suffix(&[0]).unwrap_or(piece).to_vec();
+            match Frame::decode(&mut bytes).map(|frame| frame.message) {
+                Ok(Message::Event(event)) if is_lost(&event) => {
+                    lost += 1;
+                    lost != 3
+                }
+                _ => true,
+            }
+        });
+        kept.flatten().copied().collect()
+    };
+    let (code, shown) = replayed(&without(|event| matches!(event, Event::Particles(_))));
+    assert_eq!(code, Some(4), "{shown}");
+    assert!(
+        shown.contains("\nEQUAL, 1 particle messages lost: "),
+        "{shown}"
+    );
+    let (code, shown) = replayed(&without(|event| matches!(event, Event::StepDone(_))));
+    assert_eq!(code, Some(1), "{shown}");
+    assert!(shown.contains("\nDIFFERENT at step 2: "), "{shown}");
 }
