@@ -585,7 +585,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     let board = include_str!("../src/bin/firmware/board/mod.rs");
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
-    let budget = include_str!("../src/bin/firmware/budget.rs");
+    let budget = include_str!("../src/board/budget.rs");
     assert!(budget.contains("const SEND_QUEUE: usize = 256;"));
     assert!(budget.contains("const RESERVE: usize = 24;"));
 }

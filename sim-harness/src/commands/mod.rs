@@ -10,6 +10,7 @@ mod exit_code;
 mod figures;
 mod footprint;
 mod image;
+mod map;
 mod offsets;
 mod parts;
 mod record;
@@ -42,6 +43,8 @@ enum Command {
     Figures(figures::Figures),
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
+    /// Map a recorded drive of any robot with sonars or a laser.
+    Map(map::Map),
     /// Record a robot that reads its own sensors and odometry.
     Record(record::Record),
     /// Have a robot measure its sensors' offsets, with nothing near it.
@@ -98,6 +101,7 @@ impl Command {
             Self::Demo(demo) => demo.run(),
             Self::Figures(figures) => figures.run(),
             Self::Replay(replay) => replay.run(),
+            Self::Map(map) => map.run(),
             Self::Record(record) => record.run(),
             Self::Offsets(offsets) => offsets.run(),
             Self::Simulate(simulate) => simulate.run(),

@@ -32,7 +32,7 @@ const NARROWEST: usize = 320;
 const TITLE_LINES: usize = 3;
 
 /// Radius of AMiRo's round body, metres.
-const ROBOT_RADIUS_M: f64 = 0.05;
+pub const AMIRO_RADIUS_M: f64 = 0.05;
 
 /// Width of path and outlines, pixels.
 const PEN_PX: f64 = 2.0;
@@ -56,6 +56,8 @@ pub struct MapPicture<'a> {
     /// The points of the path to which no line leads from the point before, by index, in
     /// order.
     pub jumps: &'a [usize],
+    /// Radius of the robot's hull, metres; without it, AMiRo's.
+    pub robot_radius_m: Option<f64>,
     /// Where the robot looks at the end of its path; without it, a circle has no arrow.
     pub final_heading_rad: Option<f64>,
     /// Closed polygons of what is truly there, metres; cut where the picture ends.
@@ -115,7 +117,8 @@ impl MapPicture<'_> {
     /// Two corners of the square around the robot at its path's end.
     fn robot_corners(&self) -> impl Iterator<Item = (f64, f64)> {
         let end = self.end();
-        [-ROBOT_RADIUS_M, ROBOT_RADIUS_M]
+        let radius_m = self.robot_radius_m.unwrap_or(AMIRO_RADIUS_M);
+        [-radius_m, radius_m]
             .into_iter()
             .filter_map(move |radius| end.map(|(x, y)| (x + radius, y + radius)))
     }
@@ -149,6 +152,7 @@ impl MapPicture<'_> {
 
     /// The body's circle, and an arrow from its centre to its front.
     fn draw_robot(&self, stroke: &mut Stroke, raster: &Raster, centre: (f64, f64)) {
+        let robot_m = self.robot_radius_m.unwrap_or(AMIRO_RADIUS_M);
         let around = |radians: f32, radius_m: f64| {
             // The core's sine, which is the same on every machine.
             let direction = Point::new(1.0, 0.0).rotated(Rotation::by(radians));
@@ -159,17 +163,14 @@ impl MapPicture<'_> {
         };
         let corner = core::f32::consts::TAU / f32::from(CIRCLE_CORNERS);
         let circle = (0..=CIRCLE_CORNERS).map(|index| f32::from(index) * corner);
-        stroke.line(
-            circle.map(|radians| around(radians, ROBOT_RADIUS_M)),
-            PEN_PX,
-        );
+        stroke.line(circle.map(|radians| around(radians, robot_m)), PEN_PX);
         let Some(heading) = self.final_heading_rad.filter(|heading| heading.is_finite()) else {
             return;
         };
         // Within a turn first: a float of a large angle has lost its direction.
         let heading = (heading % core::f64::consts::TAU) as f32;
-        let tip = around(heading, 0.9 * ROBOT_RADIUS_M);
-        let barb = |side: f32| around(heading + side, 0.6 * ROBOT_RADIUS_M);
+        let tip = around(heading, 0.9 * robot_m);
+        let barb = |side: f32| around(heading + side, 0.6 * robot_m);
         stroke.line([around(heading, 0.0), tip], PEN_PX);
         stroke.line([barb(0.5), tip, barb(-0.5)], PEN_PX);
     }

@@ -1,5 +1,7 @@
 //! A grid over the world that grows as the robot drives.
 
+use super::Lattice;
+
 /// Most cells a grid may have, 8000 x 8000; growth beyond it is refused and counted.
 pub const MAX_CELLS: usize = 64_000_000;
 
@@ -85,26 +87,22 @@ impl<T: Clone> Grid<T> {
         self.refused = self.refused.saturating_add(1);
     }
 
-    /// The cell that holds a point of the world; `None` for NaN and points absurdly far away.
+    /// Where its cells lie.
     #[must_use]
-    pub fn cell_at(&self, x: f64, y: f64) -> Option<Cell> {
-        let index = |metres: f64| {
-            let cells = (metres / self.cell_m).floor();
-            (cells.abs() < 1e9).then_some(cells as i32)
-        };
-        Some(Cell {
-            row: index(y)?,
-            column: index(x)?,
-        })
+    pub fn lattice(&self) -> Lattice {
+        Lattice::new(self.cell_m)
     }
 
-    /// The centre of a cell, metres.
+    /// As [`Lattice::cell_at`].
+    #[must_use]
+    pub fn cell_at(&self, x: f64, y: f64) -> Option<Cell> {
+        self.lattice().cell_at(x, y)
+    }
+
+    /// As [`Lattice::centre`].
     #[must_use]
     pub fn centre(&self, cell: Cell) -> (f64, f64) {
-        (
-            (f64::from(cell.column) + 0.5) * self.cell_m,
-            (f64::from(cell.row) + 0.5) * self.cell_m,
-        )
+        self.lattice().centre(cell)
     }
 
     fn offset(&self, cell: Cell) -> Option<usize> {

@@ -9,13 +9,19 @@ mod counting;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod lattice;
 mod lobes;
+mod methods;
+mod range_inverse_sensor;
 
 pub use all_free::AllFreeMapper;
 pub use counting::CountingMapper;
 pub use footprint::{FootprintMapper, hull_radius_m};
 pub use grid::{Cell, Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, MaxRange};
+pub use lattice::Lattice;
+pub use methods::{RANGE_METHODS, RangeMethod};
+pub use range_inverse_sensor::{RangeInverseSensorMapper, RangeInverseSensorParameters};
 
 use amiro_ipf::event::Event;
 

@@ -17,9 +17,9 @@ mod scenario;
 mod sensing;
 mod shape;
 mod simulate;
-mod vector;
 mod wheel_errors;
 
+pub use crate::geometry::{Turn, Vector};
 pub use amiro_odometry::{FRAME_PERIOD_US, UPDATE_PERIOD_US};
 pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
@@ -35,5 +35,4 @@ pub use scenario::{Scenario, ScenarioError};
 pub use sensing::Sensing;
 pub use shape::Shape;
 pub use simulate::{Simulation, simulate, simulate_with};
-pub use vector::{Turn, Vector};
 pub use wheel_errors::{WheelErrors, WheelWalk};

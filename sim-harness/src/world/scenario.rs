@@ -11,9 +11,9 @@ use serde::Deserialize;
 use super::bounded::{CellSize, Coordinate, Degrees, Speed};
 use super::opening::{Extent, OpeningTable};
 use super::shape::{BoxTable, CylinderTable};
-use super::vector::{Vector, radians};
 use super::{Allowance, Leg, Opening, Rectangle, Shape};
 use crate::escape::{lines_escaped, whole_escaped};
+use crate::geometry::{Vector, radians};
 
 /// Longest file, bytes.
 const MAX_BYTES: usize = 4 << 20;

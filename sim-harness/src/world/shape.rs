@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::bounded::{Coordinate, Degrees, Radius, Reflectivity};
-use super::vector::{Turn, Vector};
+use crate::geometry::{Turn, Vector};
 
 /// A solid shape with a reflecting outline.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,9 @@ use amiro_ipf::config::Config;
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::wire::MAX_FRAME;
 
-use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, REPORT_QUEUE, RESERVE, SEND_QUEUE};
+use amiro_ipf::board::budget::{
+    CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, REPORT_QUEUE, RESERVE, SEND_QUEUE,
+};
 
 /// Prints the budget; exit code 5 if standard output cannot be written. One that was
 /// closed, as `head` does, ends the printing without a message.

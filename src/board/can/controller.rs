@@ -1,6 +1,6 @@
 //! The unit's life: into initialisation, onto the bus, off it and back.
 
-use amiro_ipf::can::{CanState, Frame, Identifier, StandardId};
+use crate::can::{CanState, Frame, Identifier, StandardId};
 use heapless::Vec;
 
 use super::filters;
@@ -13,13 +13,13 @@ use super::timing::BitTiming;
 
 /// A unit that has not gone into initialisation after this long is not there,
 /// microseconds. One that is needs the rest of a frame, 0.13 ms, at most.
-pub(crate) const PATIENCE_US: u64 = 100_000;
+pub(super) const PATIENCE_US: u64 = 100_000;
 
 /// Between two attempts at a unit that is not there, microseconds.
-pub(crate) const RETRY_US: u64 = 1_000_000;
+pub(super) const RETRY_US: u64 = 1_000_000;
 
 /// Frames of one call of [`Controller::receive`]: as many as the FIFO holds.
-pub(crate) const MOST_FRAMES: usize = 3;
+pub(super) const MOST_FRAMES: usize = 3;
 
 /// What the unit does on the bus: comes back by itself, wakes up, sends in order. Off is
 /// the FIFO's lock: when it is full the newest frame replaces the last.
@@ -27,25 +27,25 @@ const SETTINGS: u32 = ABOM | AWUM | TXFP;
 
 /// What a patrol found; counters saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct CanHealth {
+pub struct CanHealth {
     /// Where the unit is.
-    pub(crate) state: CanState,
+    pub state: CanState,
     /// Frames taken from the FIFO.
-    pub(crate) received: u32,
+    pub received: u32,
     /// Times that the FIFO was full and lost a frame or more.
-    pub(crate) overruns: u32,
+    pub overruns: u32,
     /// Frames that were sent and acknowledged.
-    pub(crate) sent: u32,
+    pub sent: u32,
     /// Frames given up after 20 ms in a mailbox.
-    pub(crate) given_up: u32,
+    pub given_up: u32,
     /// Frames for which there was no mailbox, or no bus.
-    pub(crate) refused: u32,
+    pub refused: u32,
     /// Times that the unit went off the bus.
-    pub(crate) bus_offs: u32,
+    pub bus_offs: u32,
     /// The unit's counter of receive errors.
-    pub(crate) receive_errors: u8,
+    pub receive_errors: u8,
     /// The unit's counter of transmit errors, up to 255.
-    pub(crate) transmit_errors: u8,
+    pub transmit_errors: u8,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ enum Phase {
 }
 
 /// A bxCAN unit on the robot's bus.
-pub(crate) struct Controller<R> {
+pub struct Controller<R> {
     registers: R,
     timing: Option<BitTiming>,
     phase: Phase,
@@ -74,7 +74,7 @@ pub(crate) struct Controller<R> {
 impl<R: Registers> Controller<R> {
     /// A unit that nobody has asked yet. Without a timing for the board's clock it
     /// stays [`CanState::Absent`]: a wrong one would disturb everybody.
-    pub(crate) const fn new(registers: R, timing: Option<BitTiming>) -> Self {
+    pub const fn new(registers: R, timing: Option<BitTiming>) -> Self {
         Self {
             registers,
             timing,
@@ -96,7 +96,7 @@ impl<R: Registers> Controller<R> {
 
     /// Goes a step on towards the bus, or looks after what is on it; at most some
     /// thirty accesses. To be called every 10 ms or so.
-    pub(crate) fn patrol(&mut self, now_us: u64) {
+    pub fn patrol(&mut self, now_us: u64) {
         match self.phase {
             Phase::Off => self.enter(now_us),
             Phase::Entering { since_us } => self.await_initialisation(now_us, since_us),
@@ -110,13 +110,13 @@ impl<R: Registers> Controller<R> {
     }
 
     /// What is known of the unit.
-    pub(crate) const fn health(&self) -> &CanHealth {
+    pub const fn health(&self) -> &CanHealth {
         &self.health
     }
 
     /// Takes what has come in, at most three frames, oldest first; for the interrupt of
     /// FIFO 0, which comes again while there is more.
-    pub(crate) fn receive(&mut self) -> Vec<Frame, MOST_FRAMES, u8> {
+    pub fn receive(&mut self) -> Vec<Frame, MOST_FRAMES, u8> {
         let mut frames = Vec::new();
         for _ in 0..MOST_FRAMES {
             let status = self.registers.read(Register::RF0R);
@@ -139,7 +139,7 @@ impl<R: Registers> Controller<R> {
 
     /// Hands a frame to the unit; whether it took it. Nothing is kept of one that it
     /// did not take: the next one says more.
-    pub(crate) fn transmit(&mut self, now_us: u64, frame: &Frame) -> bool {
+    pub fn transmit(&mut self, now_us: u64, frame: &Frame) -> bool {
         let is_taken = self.health.state == CanState::On && {
             self.look_at_mailboxes(now_us);
             self.mailboxes.put(&mut self.registers, now_us, frame)

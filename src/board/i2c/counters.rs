@@ -2,17 +2,17 @@
 
 /// Counts of faults; each stays at its greatest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Counters {
+pub struct Counters {
     /// Times that the bus was freed by hand, or that this was tried; not the start's.
-    pub(crate) recoveries: u16,
+    pub recoveries: u16,
     /// Transactions that did not end in their time.
-    pub(crate) overdue: u16,
+    pub overdue: u16,
     /// Addresses and bytes that nobody acknowledged.
-    pub(crate) nacks: u16,
+    pub nacks: u16,
     /// Arbitrations lost.
-    pub(crate) arbitration: u16,
+    pub arbitration: u16,
     /// Bus errors, which the silicon also reports where there is none.
-    pub(crate) bus_errors: u16,
+    pub bus_errors: u16,
 }
 
 /// One more, up to the greatest value.

@@ -2,7 +2,7 @@
 
 /// A register of the I2C unit \[RM 27.6\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Register {
+pub enum Register {
     /// Control 1: on, start, stop, acknowledge, reset.
     Cr1,
     /// Control 2: bus clock, interrupts.
@@ -21,7 +21,7 @@ pub(crate) enum Register {
 
 /// A wire of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Line {
+pub enum Line {
     /// SCL.
     Clock,
     /// SDA.
@@ -29,7 +29,7 @@ pub(crate) enum Line {
 }
 
 /// Access to one I2C unit and its pins. The second implementor is the tests' model.
-pub(crate) trait Registers {
+pub trait Registers {
     /// Reads a register, with the side effects that the silicon has.
     fn read(&mut self, register: Register) -> u16;
 

@@ -1,6 +1,6 @@
 //! One transaction at a time over one I2C unit.
 
-use amiro_ipf::driver::{BusFault, LONGEST_READ, Transaction};
+use crate::driver::{BusFault, LONGEST_READ, Transaction};
 use heapless::Vec;
 
 use super::counters::{Counters, count};
@@ -29,7 +29,7 @@ use super::timing::Timing;
 ///   last one is shifted by a bit \[ES F1, wrong data read\].
 ///
 /// They are a few register accesses each and go through [`Registers::undisturbed`].
-pub(crate) struct Master<R> {
+pub struct Master<R> {
     registers: R,
     timing: Timing,
     stage: Stage,
@@ -50,7 +50,7 @@ pub(crate) struct Master<R> {
 
 impl<R: Registers> Master<R> {
     /// A master whose bus has been freed, since a reset can come in mid-transfer.
-    pub(crate) fn new(registers: R, timing: Timing, now_us: u64) -> Self {
+    pub fn new(registers: R, timing: Timing, now_us: u64) -> Self {
         let mut master = Self {
             registers,
             timing,
@@ -74,7 +74,7 @@ impl<R: Registers> Master<R> {
     ///
     /// [`Progress::Done`] at once with [`BusFault::HeldLow`] while the bus is dead. A
     /// bus that is busy before its only master has begun is freed first, 150 us at most.
-    pub(crate) fn begin(&mut self, transaction: &Transaction, now_us: u64) -> Progress {
+    pub fn begin(&mut self, transaction: &Transaction, now_us: u64) -> Progress {
         if self.stage != Stage::Idle {
             return Progress::Refused;
         }
@@ -100,7 +100,7 @@ impl<R: Registers> Master<R> {
     }
 
     /// Serves the event interrupt.
-    pub(crate) fn on_event(&mut self, now_us: u64) -> Progress {
+    pub fn on_event(&mut self, now_us: u64) -> Progress {
         let events = self.registers.read(Register::Sr1);
         let has = |event| events & event != 0;
         match self.stage {
@@ -125,7 +125,7 @@ impl<R: Registers> Master<R> {
     /// A bus error alone ends nothing: the silicon reports it in master mode where
     /// there is none, and the transfer goes on \[ES, spurious bus error\]. If there was
     /// one, the transfer fails by itself or by its time.
-    pub(crate) fn on_error(&mut self, now_us: u64) -> Progress {
+    pub fn on_error(&mut self, now_us: u64) -> Progress {
         let errors = self.registers.read(Register::Sr1);
         // A flag is cleared by writing zero: those that were seen, not one that came since.
         self.registers.write(Register::Sr1, sr1::ERRORS & !errors);
@@ -159,7 +159,7 @@ impl<R: Registers> Master<R> {
     ///
     /// Ends what is overdue and frees its bus, 150 us at most; tries a dead bus again
     /// when its wait is over.
-    pub(crate) fn patrol(&mut self, now_us: u64) -> Progress {
+    pub fn patrol(&mut self, now_us: u64) -> Progress {
         let stage = self.stage;
         match stage {
             Stage::Idle => {
@@ -191,17 +191,17 @@ impl<R: Registers> Master<R> {
     ///
     /// # Errors
     /// What went wrong; bytes read before that are not given away.
-    pub(crate) fn result(&self) -> Result<&[u8], BusFault> {
+    pub fn result(&self) -> Result<&[u8], BusFault> {
         self.outcome.map(|()| self.answer.as_slice())
     }
 
     /// Whether the bus could not be freed and waits for another attempt.
-    pub(crate) const fn is_dead(&self) -> bool {
+    pub const fn is_dead(&self) -> bool {
         self.dead_until_us.is_some()
     }
 
     /// What went wrong since start.
-    pub(crate) const fn counters(&self) -> &Counters {
+    pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 

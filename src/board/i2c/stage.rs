@@ -1,10 +1,10 @@
 //! How far a transaction is.
 
-use amiro_ipf::driver::BusFault;
+use crate::driver::BusFault;
 
 /// What a call has led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
+pub enum Progress {
     /// No transaction is under way.
     Idle,
     /// The transaction goes on.

@@ -1,11 +1,11 @@
 //! Frames that wait to be sent: three places in the unit.
 
-use amiro_ipf::can::{Frame, Identifier};
+use crate::can::{Frame, Identifier};
 
 use super::registers::{IDE, RTR, Register, Registers, TXRQ};
 
 /// Longest wait of a frame, microseconds; whatever it says is old by then.
-pub(crate) const MOST_WAIT_US: u64 = 20_000;
+pub(super) const MOST_WAIT_US: u64 = 20_000;
 
 /// TSR: the mailbox's request is done; written to clear what is known of it.
 const fn completed(mailbox: usize) -> u32 {

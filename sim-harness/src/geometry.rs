@@ -1,7 +1,8 @@
-//! Vectors and turns of the plane in double precision, for the world around the robot.
+//! Vectors, turns and poses of the plane in double precision, for the world around the robot.
 //!
-//! Only sums, products, quotients and square roots, which round alike everywhere, and
-//! the core's sine and cosine: the same file and seed give the same world on every machine.
+//! Only sums, products, quotients and square roots, which round alike everywhere, the
+//! core's sine and cosine, and those of the crate `libm`: the same file and seed give the
+//! same world on every machine.
 
 use amiro_ipf::geometry::{Point, Rotation};
 
@@ -97,6 +98,13 @@ impl Turn {
         }
     }
 
+    /// The turn by an angle in radians, in double precision.
+    #[must_use]
+    pub fn by_radians_f64(radians: f64) -> Self {
+        let (sine, cosine) = libm::sincos(radians);
+        Self { sine, cosine }
+    }
+
     /// The turn by an angle in degrees, whole turns taken off first.
     #[must_use]
     pub fn by_degrees(degrees: f64) -> Self {
@@ -128,9 +136,70 @@ impl Turn {
     }
 }
 
+/// A place and a heading: where a frame lies in another one.
+///
+/// Named by its two frames: `world_from_body * body_from_sensor` is `world_from_sensor`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose2 {
+    /// Origin of the inner frame in the outer one, metres.
+    pub position: Vector,
+    /// Direction of the inner frame's x axis in the outer one.
+    pub heading: Turn,
+}
+
+impl Pose2 {
+    /// The pose at a place, metres, with a heading in radians, counter-clockwise.
+    #[must_use]
+    pub fn new(x: f64, y: f64, heading_rad: f64) -> Self {
+        Self {
+            position: Vector::new(x, y),
+            heading: Turn::by_radians_f64(heading_rad),
+        }
+    }
+
+    /// A point of the inner frame in the outer one.
+    #[must_use]
+    pub fn place(&self, point: Vector) -> Vector {
+        self.position + point.turned(self.heading)
+    }
+
+    /// A point of the outer frame in the inner one.
+    #[must_use]
+    pub fn view(&self, point: Vector) -> Vector {
+        (point - self.position).turned(self.heading.inverse())
+    }
+
+    /// Angle between the two headings, radians in [0, pi].
+    #[must_use]
+    pub fn turn_to(&self, other: &Self) -> f64 {
+        let turn = other.heading.after(self.heading.inverse());
+        libm::atan2(turn.sine.abs(), turn.cosine)
+    }
+
+    /// Whether all four numbers are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Turn { sine, cosine } = self.heading;
+        [self.position.x, self.position.y, sine, cosine]
+            .iter()
+            .all(|number| number.is_finite())
+    }
+}
+
+impl core::ops::Mul for Pose2 {
+    type Output = Self;
+
+    fn mul(self, inner: Self) -> Self {
+        Self {
+            position: self.place(inner.position),
+            heading: inner.heading.after(self.heading),
+        }
+    }
+}
+
 /// Degrees as radians in (-2 pi, 2 pi), in the core's precision.
 #[must_use]
-pub(super) fn radians(degrees: f64) -> f32 {
+pub(crate) fn radians(degrees: f64) -> f32 {
     ((degrees % 360.0) * (core::f64::consts::PI / 180.0)) as f32
 }
 
@@ -143,6 +212,24 @@ mod tests {
         let place = Vector::new(0.3, -0.7);
         assert_eq!(place.turned(Turn::by_degrees(0.0)), place);
         assert_eq!(Turn::by_degrees(3630.0), Turn::by_degrees(30.0));
+    }
+
+    #[test]
+    fn poses_chain_and_views_undo_places() {
+        let world_from_body = Pose2::new(1.0, 2.0, core::f64::consts::FRAC_PI_2);
+        let body_from_sensor = Pose2::new(0.1, 0.0, core::f64::consts::FRAC_PI_2);
+        let world_from_sensor = world_from_body * body_from_sensor;
+        let expected = Pose2::new(1.0, 2.1, core::f64::consts::PI);
+        assert!((world_from_sensor.position - expected.position).norm() < 1e-12);
+        assert!(world_from_sensor.turn_to(&expected) < 1e-12);
+        let point = Vector::new(-0.3, 0.7);
+        let back = world_from_sensor.view(world_from_sensor.place(point));
+        assert!((back - point).norm() < 1e-12);
+        assert!(
+            (world_from_body.turn_to(&world_from_sensor) - core::f64::consts::FRAC_PI_2).abs()
+                < 1e-12
+        );
+        assert!(world_from_body.is_finite() && !Pose2::new(f64::NAN, 0.0, 0.0).is_finite());
     }
 
     #[test]

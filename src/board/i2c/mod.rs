@@ -29,7 +29,7 @@
 //! and whose limitations are kept clear of here as well. None of this has been
 //! verified on hardware.
 
-pub(crate) mod counters;
+pub mod counters;
 mod limits;
 mod master;
 mod recovery;
@@ -37,7 +37,7 @@ mod registers;
 mod stage;
 mod timing;
 
-pub(crate) use master::Master;
-pub(crate) use registers::{Line, Register, Registers};
-pub(crate) use stage::Progress;
-pub(crate) use timing::Timing;
+pub use master::Master;
+pub use registers::{Line, Register, Registers};
+pub use stage::Progress;
+pub use timing::Timing;

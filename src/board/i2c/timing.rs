@@ -5,7 +5,7 @@ const FAST_HZ: u32 = 400_000;
 
 /// What the timing registers hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Timing {
+pub struct Timing {
     /// Frequency of the peripheral bus, MHz: the field FREQ of CR2.
     pub(super) megahertz: u16,
     /// CCR: fast mode, low to high 2:1, and the clock's thirds in bus cycles.
@@ -24,7 +24,7 @@ impl Timing {
     ///
     /// The unit needs 4 MHz for fast mode and takes at most 50 MHz; what lies outside
     /// is set as the nearest of these.
-    pub(crate) const fn fast(bus_hz: u32) -> Self {
+    pub const fn fast(bus_hz: u32) -> Self {
         let bus_hz = match bus_hz {
             0..4_000_000 => 4_000_000,
             50_000_001.. => 50_000_000,

@@ -11,10 +11,6 @@ mod mailboxes;
 mod registers;
 mod timing;
 
-#[cfg_attr(
-    target_os = "none",
-    expect(unused_imports, reason = "until the tasks use them")
-)]
-pub(crate) use controller::{CanHealth, Controller};
-pub(crate) use registers::{Register, Registers};
-pub(crate) use timing::BitTiming;
+pub use controller::{CanHealth, Controller};
+pub use registers::{Register, Registers};
+pub use timing::BitTiming;

@@ -1,10 +1,10 @@
 //! Which clock the core runs on: the best that the board can start.
 
-use amiro_ipf::event::ClockSource;
+use crate::event::ClockSource;
 
 /// What the clock unit can be told; every call waits a bounded time at most. The second
 /// implementor is the tests' model.
-pub(crate) trait ClockUnit {
+pub trait ClockUnit {
     /// Starts the internal oscillator; whether it runs.
     fn start_internal(&mut self) -> bool;
     /// Lets the core run on it.
@@ -25,7 +25,7 @@ pub(crate) trait ClockUnit {
 /// Crystal and PLL; without a crystal the PLL on the internal oscillator, within 1 %;
 /// without a PLL the internal oscillator alone. A unit that does not even answer for
 /// that one is an emulator's.
-pub(crate) fn choose(unit: &mut impl ClockUnit) -> ClockSource {
+pub fn choose(unit: &mut impl ClockUnit) -> ClockSource {
     if !unit.start_internal() {
         return ClockSource::Unknown;
     }
