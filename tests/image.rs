@@ -87,3 +87,13 @@ fn amiro_s_boot_loader_would_start_the_image() {
     assert!(APPLICATION + bytes.len() as u32 <= FLASH_END);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[cfg(unix)]
+#[test]
+fn an_endless_file_is_given_up_before_it_fills_the_memory() {
+    let error = sim_harness::link::Image::read(Path::new("/dev/zero")).unwrap_err();
+    assert!(
+        error.to_string().contains("more than 67108864 bytes"),
+        "{error}"
+    );
+}
