@@ -130,6 +130,36 @@ fn pins_are_set_to_what_the_table_says() {
 }
 
 #[test]
+fn the_debug_probe_s_section_names_the_runner_its_pins_and_the_log_s_level() {
+    let page = read("docs/hardware.md");
+    let (_, section) = page.split_once("\n## Debug probe\n").unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let settings = read(".cargo/config.toml");
+    let value = |key: &str| {
+        let line = settings.lines().find(|line| line.starts_with(key)).unwrap();
+        line.split('"').nth(1).unwrap()
+    };
+    let runner = value("runner");
+    assert!(section.contains(&format!("`{runner}`")), "{runner}");
+    let level = value("DEFMT_LOG");
+    assert!(section.contains(&format!("sets `{level}`")), "{level}");
+    let chip = runner.split_once("--chip ").unwrap().1;
+    for command in section.lines().filter(|line| line.starts_with("probe-rs ")) {
+        assert!(command.contains(&format!("--chip {chip}")), "{command}");
+    }
+    let pins: Vec<String> = rows("Debug probe", "probe")
+        .into_iter()
+        .map(|row| row[1].clone())
+        .filter(|pin| pin.starts_with('P'))
+        .collect();
+    let pins = pins.join(", ");
+    let debugger_s = "left alone: the debugger's";
+    let alone = rows("Pins", "pin");
+    let row = alone.iter().find(|row| row[2] == debugger_s).unwrap();
+    assert_eq!(row[0], pins);
+}
+
+#[test]
 fn sensors_are_where_the_table_has_them() {
     let rows = rows("Sensors", "sensor");
     assert_eq!(rows.len(), SENSORS);

@@ -15,6 +15,7 @@
 //! give the inputs. What breaks in it, on the line or in a recording is said in the words
 //! of [`faults`]. Whatever the program prints goes through [`console`].
 
+mod bounded;
 pub mod bus;
 pub mod calibration;
 pub mod console;

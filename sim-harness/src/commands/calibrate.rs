@@ -13,8 +13,9 @@ use super::{Ending, Outcome};
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub(super) struct Calibrate {
-    /// The table: values between commas under a header that names range_m (or range_cm,
-    /// range_mm), angle_deg (or angle_rad), counts, and weight if wanted.
+    /// The table: CSV under a header that names range_m (or range_cm, range_mm),
+    /// angle_deg (or angle_rad), counts, and weight if wanted. Commas between the
+    /// values, or semicolons: then the numbers may have decimal commas.
     table: PathBuf,
     /// A parameter that is known already: alpha, beta, xi, delta or sigma.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]

@@ -92,6 +92,7 @@ pub(super) fn picture(
     let outlines = scenario.map(outlines).unwrap_or_default();
     let heading = survey.poses().last().map(|pose| pose.heading.radians());
     MapPicture {
+        robot_radius_m: None,
         title: Some(title),
         path: &path,
         jumps: survey.jumps(),

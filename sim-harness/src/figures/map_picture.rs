@@ -32,7 +32,7 @@ const NARROWEST: usize = 320;
 const TITLE_LINES: usize = 3;
 
 /// Radius of AMiRo's round body, metres.
-pub const AMIRO_RADIUS_M: f64 = 0.05;
+const AMIRO_RADIUS_M: f64 = 0.05;
 
 /// Width of path and outlines, pixels.
 const PEN_PX: f64 = 2.0;
@@ -380,6 +380,7 @@ mod tests {
         let outlines = [vec![(0.01, 0.01), (0.03, 0.012), (0.02, 0.04)]];
         let render = || {
             let picture = MapPicture {
+                robot_radius_m: None,
                 title: Some("twice"),
                 path: &path,
                 jumps: &[],

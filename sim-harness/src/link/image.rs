@@ -8,6 +8,7 @@ use amiro_ipf::checksum::CRC;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
+use crate::bounded::read_at_most;
 use crate::escape::whole_escaped;
 
 /// Where the image lies in flash.
@@ -32,6 +33,8 @@ const CHECKED_VECTORS: usize = 7;
 const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 /// Where AMiRo's layout lets code begin, from the start of the image.
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
+/// Longest ELF file that is read: the flash's megabyte and many times that of symbols.
+const MOST_BYTES: u64 = 64 << 20;
 /// An image that lost its linker script is all but empty.
 const LEAST_TEXT: u64 = 10_000;
 
@@ -155,7 +158,8 @@ impl Image {
     /// # Errors
     /// [`ImageError::Read`], [`ImageError::NotAnImage`].
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let bytes = std::fs::read(path).map_err(|error| ImageError::Read(path.into(), error))?;
+        let bytes =
+            read_at_most(path, MOST_BYTES).map_err(|error| ImageError::Read(path.into(), error))?;
         let not_an_image = |reason: String| ImageError::NotAnImage(path.into(), reason);
         let file: ElfFile32<'_> =
             ElfFile32::parse(&*bytes).map_err(|error| not_an_image(error.to_string()))?;

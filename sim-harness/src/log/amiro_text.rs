@@ -233,7 +233,9 @@ fn take(draft: &mut Draft, used: &mut Option<Used>, line: u64, row: Row) -> Cont
             draft.refuse(place, Reason::Repeated, text);
             return ControlFlow::Continue(());
         }
-        Some(last) => last.stamp_us + row.microseconds_from(&last.row),
+        Some(last) => last
+            .stamp_us
+            .saturating_add(row.microseconds_from(&last.row)),
         None => 0,
     };
     *used = Some(Used {

@@ -221,6 +221,7 @@ fn picture(
         .collect();
     let heading = poses.last().map(|pose| f64::from(pose.heading.radians()));
     MapPicture {
+        robot_radius_m: None,
         title: Some(title),
         path: &path,
         jumps: &[],

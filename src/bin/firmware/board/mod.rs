@@ -2,6 +2,7 @@
 
 mod can_unit;
 mod clocks;
+mod entry;
 mod faults;
 mod i2c_port;
 mod image;
