@@ -33,6 +33,10 @@ SECTIONS
 } INSERT AFTER .vector_table;
 ";
 
+#[expect(
+    clippy::disallowed_macros,
+    reason = "how a build script reports to cargo"
+)]
 fn main() -> io::Result<()> {
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
     let amiro = env::var_os("CARGO_FEATURE_AMIRO_LAYOUT").is_some();

@@ -97,3 +97,14 @@ fn an_endless_file_is_given_up_before_it_fills_the_memory() {
         "{error}"
     );
 }
+
+#[cfg(unix)]
+#[test]
+fn the_memory_budget_is_printed_into_a_closed_pipe_without_a_panic() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut budget = Command::new(env!("CARGO_BIN_EXE_firmware"));
+    let output = budget.stdout(writer).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+}

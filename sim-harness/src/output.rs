@@ -1,10 +1,16 @@
 //! Files that are whole: a killed run leaves the old file or the new one, never half.
+//!
+//! What a command wrote before is replaced. Two kinds of files are not: what the command
+//! reads, see [`check`], and the recording of a robot, which cannot be made again.
 
 use std::ffi::OsString;
 use std::fmt;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+
+use crate::escape::whole_escaped;
+use crate::log::{DECIDING_BYTES, is_of_a_robot};
 
 /// A file that could not be written, and why.
 #[derive(Debug)]
@@ -20,7 +26,7 @@ impl fmt::Display for WriteError {
         write!(
             formatter,
             "cannot write {}: {}",
-            self.path.display(),
+            whole_escaped(self.path.to_string_lossy().chars()),
             self.cause
         )
     }
@@ -48,8 +54,8 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), WriteError> {
 /// (`/dev/stdout`, a pipe) is written to directly, for renaming would replace it.
 ///
 /// # Errors
-/// If `fill` fails, or the folder is missing, full or not writable. The old file is then
-/// untouched and the neighbour removed.
+/// If `fill` fails, the folder is missing, full or not writable, or the old file is the
+/// recording of a robot. The old file is then untouched and the neighbour removed.
 pub fn write_with(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -58,6 +64,59 @@ pub fn write_with(
         path: path.to_owned(),
         cause,
     })
+}
+
+/// Checks, before the work, that what a command will write replaces neither what it reads
+/// nor the recording of a robot.
+///
+/// # Errors
+/// The first of `outputs` that would.
+pub fn check(outputs: &[PathBuf], inputs: &[&Path]) -> Result<(), WriteError> {
+    let inputs: Vec<_> = inputs.iter().flat_map(fs::canonicalize).collect();
+    for output in outputs {
+        let cause = match fs::canonicalize(output) {
+            // A device may be read and written.
+            Ok(path) if !path.is_file() => continue,
+            Ok(path) if inputs.contains(&path) => {
+                io::Error::other("this command reads it: write elsewhere")
+            }
+            Ok(path) => match check_replaceable(&path) {
+                Ok(()) => continue,
+                Err(error) => error,
+            },
+            Err(_) => continue,
+        };
+        let path = output.clone();
+        return Err(WriteError { path, cause });
+    }
+    Ok(())
+}
+
+/// Refuses a file that is the recording of a robot.
+fn check_replaceable(path: &Path) -> io::Result<()> {
+    let mut head = Vec::new();
+    File::open(path)?
+        .take(DECIDING_BYTES as u64)
+        .read_to_end(&mut head)?;
+    if is_of_a_robot(&head) {
+        return Err(io::Error::other(
+            "it is the recording of a robot: write elsewhere, or remove it first",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that a file can be created beside `path`, as a new file of its name would be.
+///
+/// # Errors
+/// The folder is missing or not writable.
+pub fn check_folder_of(path: &Path) -> Result<(), WriteError> {
+    let failed = |cause| WriteError {
+        path: path.to_owned(),
+        cause,
+    };
+    let (partial, _) = create_beside(path).map_err(failed)?;
+    fs::remove_file(partial).map_err(failed)
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -75,7 +134,9 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     if !old.is_file() {
         return fill_up(File::options().write(true).open(path)?, fill).map(drop);
     }
-    rename_into(&fs::canonicalize(path)?, Some(old.permissions()), fill)
+    let path = fs::canonicalize(path)?;
+    check_replaceable(&path)?;
+    rename_into(&path, Some(old.permissions()), fill)
 }
 
 fn rename_into(

@@ -3,6 +3,7 @@
 use amiro_ipf::can::CanState;
 use amiro_ipf::event::Status;
 use amiro_ipf::health::{BusState, Health};
+use sim_harness::console;
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
 pub(super) fn ailments(health: &Health) -> String {
@@ -71,7 +72,7 @@ pub(super) fn report_counters(counters: &[(String, u32)]) {
         .map(|(name, count)| format!("{name} {count}"))
         .collect();
     if !all.is_empty() {
-        println!("at the end: {}", all.join(", "));
+        console::print(format_args!("at the end: {}", all.join(", ")));
     }
 }
 

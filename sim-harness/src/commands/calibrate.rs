@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::calibration::{Fixed, Table, fit};
+use sim_harness::console;
 use sim_harness::figures::fit_picture;
 use sim_harness::output;
 
@@ -27,12 +28,15 @@ pub(super) struct Calibrate {
 impl Calibrate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(folder) = &self.out {
+            let outputs = ["fit.png", "fit.csv", "photometry.json"].map(|name| folder.join(name));
+            output::check(&outputs, &[&self.table])?;
+        }
         let fixed = Fixed::parse(self.fix.iter().map(String::as_str))?;
         let named = |error: &dyn std::error::Error| format!("{}: {error}", self.table.display());
         let table = Table::load(&self.table).map_err(|error| named(&error))?;
         let fit = fit(&table, &fixed).map_err(|error| named(&error))?;
         let json = serde_json::to_string_pretty(&fit)?;
-        println!("{fit}\n{}\n{}\n\n{json}", fit.residuals(), fit.rust());
         if let Some(folder) = &self.out {
             std::fs::create_dir_all(folder)?;
             fit_picture(&fit).save_png(&folder.join("fit.png"))?;
@@ -42,6 +46,11 @@ impl Calibrate {
                 format!("{json}\n").as_bytes(),
             )?;
         }
+        console::print_text(format_args!(
+            "{fit}\n{}\n{}\n\n{json}",
+            fit.residuals(),
+            fit.rust()
+        ));
         Ok(Ending::Good)
     }
 }

@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
-use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::console;
+use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::figures::{Picture, Window, beside};
+use sim_harness::mapping::{AllFreeMapper, Mapper};
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{Survey, run};
 
+use super::footprint::FootprintSwitch;
 use super::report;
 use super::{Ending, Outcome};
 
@@ -22,6 +25,9 @@ pub(super) struct Demo {
     /// Seed of the sensors' noise and of the filter.
     #[arg(long, default_value_t = 100, value_name = "N")]
     seed: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where the pictures go.
     #[arg(long, default_value = "out/demo", value_name = "DIR")]
     out: PathBuf,
@@ -31,18 +37,18 @@ impl Demo {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         let scenario = Scenario::parse(MSOD)?;
-        println!("{}", scenario.about);
-        println!(
-            "Simulated, seed {}, 1000 particles for each of eight sensors.",
-            self.seed
-        );
-        println!();
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
         let mut surveys = Vec::new();
+        let mut report = Vec::new();
         for (name, profile) in profiles {
             let (survey, scores) = self.map(&scenario, profile)?;
-            println!("{name:>6}  {scores}");
+            report.push(format!("{name:>8}  {scores}"));
             surveys.push((name, survey));
+        }
+        if let Some((_, survey)) = surveys.first() {
+            let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+            let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
+            report.push(format!("{:>8}  {scores}", "all-free"));
         }
         // One window for both, so that the pictures lie side by side at one scale.
         let window = surveys
@@ -59,8 +65,20 @@ impl Demo {
         }
         let both = self.out.join("both.png");
         beside(&pictures).save_png(&both)?;
-        println!();
-        println!("Truth in red, path in blue: {}", both.display());
+        console::print(&scenario.about);
+        console::print(format_args!(
+            "Simulated, seed {}, 1000 particles for each of eight sensors.",
+            self.seed
+        ));
+        console::print("");
+        console::print_text(SCORES_IN_WORDS);
+        console::print("");
+        report.iter().for_each(console::print);
+        console::print("");
+        console::print(format_args!(
+            "Truth in red, path in blue: {}",
+            both.display()
+        ));
         Ok(Ending::Good)
     }
 
@@ -73,7 +91,7 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::new(scenario.cell_m);
+        let mut survey = Survey::with_footprint(scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::time::Instant;
 
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
+use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
     Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
@@ -18,6 +20,7 @@ use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
 
+use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome};
 use super::{evaluate_report, evaluate_robot};
 
@@ -38,7 +41,8 @@ pub(super) struct Evaluate {
         value_name = "METHODS",
         value_delimiter = ',',
         default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
-                         ism-standard-object,ism-tuned-dropped,ism-tuned-object"
+                         ism-standard-object,ism-tuned-dropped,ism-tuned-object,\
+                         all-free"
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
@@ -61,6 +65,16 @@ pub(super) struct Evaluate {
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,
+    /// Whether cells of every map whose centre has been under the robot's hull are free;
+    /// not so in the paper.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = FootprintSwitch::Off,
+        value_name = "on|off",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    footprint: FootprintSwitch,
     /// Threads; 0 for one a processor. The figures do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -96,6 +110,10 @@ pub(super) struct Evaluate {
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(json) = &self.json {
+            let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
+            output::check(slice::from_ref(json), &scenarios)?;
+        }
         if let Some(folder) = &self.recordings {
             return self.judge_recordings(folder);
         }
@@ -107,25 +125,27 @@ impl Evaluate {
         let trials = comparison.run()?;
         let claims = verdicts(&paper_claims(), &trials);
         let bounds = verdicts(&self.bounds(), &trials);
+        if let Some(path) = &self.json {
+            output::write(path, json(&trials)?.as_bytes())?;
+        }
         evaluate_report::world(&comparison);
         evaluate_report::tables(&comparison, &trials);
         evaluate_report::paired(&comparison, &trials);
         evaluate_report::verdicts("Claims of the paper", &claims);
         evaluate_report::verdicts("Thresholds", &bounds);
         if self.seeds.end - self.seeds.start < ENOUGH_SEEDS {
-            println!("Thresholds are made for means over {ENOUGH_SEEDS} seeds or more.");
+            console::print(format_args!(
+                "Thresholds are made for means over {ENOUGH_SEEDS} seeds or more."
+            ));
         }
         evaluate_report::not_reproduced(&trials);
         let is_odometry_good = self.judge_odometry(&comparison, &trials)?;
-        if let Some(path) = &self.json {
-            output::write(path, json(&trials)?.as_bytes())?;
-        }
-        println!(
+        console::print(format_args!(
             "{} drives, {} maps, {:.1} s",
             comparison.scenarios.len() as u64 * (self.seeds.end - self.seeds.start),
             trials.len(),
             begun.elapsed().as_secs_f64()
-        );
+        ));
         if !self.check {
             return Ok(Ending::Good);
         }
@@ -143,12 +163,12 @@ impl Evaluate {
     /// The stepped series beside walls whose place is known.
     fn judge_recordings(&self, folder: &Path) -> Outcome {
         let report = recorded_walls(folder)?;
-        println!("{report}");
         if let Some(path) = &self.json {
             let mut json = serde_json::to_string_pretty(&report)?;
             json.push('\n');
             output::write(path, json.as_bytes())?;
         }
+        console::print_text(report);
         Ok(Ending::Good)
     }
 
@@ -231,6 +251,7 @@ impl Evaluate {
             } else {
                 self.alpha
             },
+            footprint: self.footprint == FootprintSwitch::On,
             threads: self.threads,
         })
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use sim_harness::console;
 use sim_harness::figures::{Figure, page};
 use sim_harness::output;
 
@@ -44,7 +45,6 @@ impl Figures {
         let mut plates = Vec::new();
         for figure in Figure::ALL.into_iter().filter(is_wanted) {
             let plate = figure.draw(&self.seeds)?;
-            println!("{:>10}  {}", plate.name, plate.title);
             for panel in plate.panels() {
                 panel.picture.save_png(&self.out.join(&panel.file))?;
             }
@@ -55,8 +55,11 @@ impl Figures {
         }
         let index = self.out.join("index.html");
         output::write(&index, page(&plates).as_bytes())?;
-        println!();
-        println!("Everything simulated: {}", index.display());
+        for plate in &plates {
+            console::print(format_args!("{:>10}  {}", plate.name, plate.title));
+        }
+        console::print("");
+        console::print(format_args!("Everything simulated: {}", index.display()));
         Ok(Ending::Good)
     }
 }

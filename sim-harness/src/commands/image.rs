@@ -4,6 +4,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use sim_harness::console;
 use sim_harness::link::{Layout, build_image, to_s_records};
 use sim_harness::output;
 
@@ -34,6 +35,10 @@ enum LayoutName {
 impl Image {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(out) = &self.out {
+            let inputs: Vec<_> = self.file.iter().map(PathBuf::as_path).collect();
+            output::check(&[out.clone(), out.with_extension("srec")], &inputs)?;
+        }
         let layout = match self.layout {
             LayoutName::Bare => Layout::Bare,
             LayoutName::Amiro => Layout::Amiro,
@@ -43,27 +48,29 @@ impl Image {
             None => build_image(layout)?,
         };
         let image = sim_harness::link::Image::read(&path)?;
-        println!("{layout}: {image}");
         let problems = image.problems(layout);
+        let written = match &self.out {
+            Some(out) if problems.is_empty() => Some(write(&image, layout, out)?),
+            _ => None,
+        };
+        console::print_text(format_args!("{layout}: {image}"));
         for problem in &problems {
-            println!("  {problem}");
+            console::print(format_args!("  {problem}"));
         }
         if !problems.is_empty() {
             return Ok(Ending::Failed);
         }
-        if let Some(out) = &self.out {
-            write(&image, layout, out)?;
-        }
+        written.iter().for_each(console::print);
         Ok(Ending::Good)
     }
 }
 
-/// Writes the bytes and the records, and says where they belong.
+/// Writes the bytes and the records; where they belong, in a line.
 fn write(
     image: &sim_harness::link::Image,
     layout: Layout,
     out: &Path,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<String, Box<dyn Error>> {
     let bytes = image.flashable(layout);
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let records = to_s_records(&name, layout.start() as u32, &bytes);
@@ -73,12 +80,11 @@ fn write(
     }
     output::write(out, &bytes)?;
     output::write(&beside, records.as_bytes())?;
-    println!(
+    Ok(format!(
         "{} bytes for {:#010x} in {} and {}",
         bytes.len(),
         layout.start(),
         out.display(),
         beside.display()
-    );
-    Ok(())
+    ))
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sim_harness::console;
 use sim_harness::link::{QemuOptions, measure_offsets, offsets_in_words};
 
 use super::{Ending, Outcome, target};
@@ -36,10 +37,16 @@ impl Offsets {
             measure_offsets(&mut board)?
         };
         let Some(report) = report else {
-            eprintln!("the board said nothing of its offsets");
+            if self.read {
+                console::warn("the board reported no offsets");
+            } else {
+                console::warn(
+                    "no offsets were measured: the board reported no measurement within 5 s",
+                );
+            }
             return Ok(Ending::Failed);
         };
-        println!("{}", offsets_in_words(&report));
+        console::print_text(offsets_in_words(&report));
         let is_refused = report.refused.iter().any(Option::is_some);
         Ok(if is_refused && !self.read {
             Ending::Failed

@@ -1,11 +1,12 @@
 //! `cargo ipf simulate`: a scenario, driven and recorded.
 
-use std::fs;
 use std::path::PathBuf;
+use std::slice;
 
 use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
 use clap::Args;
+use sim_harness::console;
 use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::output;
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
@@ -16,7 +17,7 @@ use super::{Ending, Outcome};
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
-    /// The scenario, a TOML file. A first line of options in it, as recordings have it,
+    /// The scenario, a TOML file; `-` for standard input. A first line of options in it, as recordings have it,
     /// does not count: the flags do.
     scenario: PathBuf,
     /// Seed of the sensors' noise, and of the filter when the recording is replayed.
@@ -98,8 +99,8 @@ impl Differences {
 impl Simulate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        let scenario = Scenario::load(&self.scenario)?;
-        let text = fs::read_to_string(&self.scenario)?;
+        output::check(slice::from_ref(&self.out), &[&self.scenario])?;
+        let (scenario, text) = Scenario::load_with_text(&self.scenario)?;
         let options = self.differences.options()?;
         let drive = SimulatedDrive {
             scenario: &scenario,
@@ -114,18 +115,21 @@ impl Simulate {
             drive.write(&simulation, file)?;
             Ok(())
         })?;
-        println!(
+        console::print(format_args!(
             "{}: {} samples of {:.1} s, {}",
             self.out.display(),
             simulation.poses.len(),
             scenario.duration_s(),
             scenario.name
-        );
+        ));
         if options != Options::default() {
-            println!("simulated with: {options}");
+            console::print(format_args!("simulated with: {options}"));
         }
         if !self.fault.are_none() {
-            println!("faults: {}, seed {}", self.fault, self.seed_of_faults);
+            console::print(format_args!(
+                "faults: {}, seed {}",
+                self.fault, self.seed_of_faults
+            ));
         }
         print_untrusted(&healths);
         if let Some((_, last)) = healths.last() {
@@ -143,18 +147,22 @@ fn print_untrusted(healths: &[(u64, Health)]) {
     for (at_us, health) in healths {
         for (number, (known, now)) in (1..).zip(known_buses.iter_mut().zip(&health.buses)) {
             if std::mem::replace(known, now.state) != now.state {
-                println!(
+                console::print(format_args!(
                     "{:6.2} s: bus{number} {:?}",
                     *at_us as f64 * 1e-6,
                     now.state
-                );
+                ));
             }
         }
         for (sensor, (known, now)) in known.iter_mut().zip(&health.sensors).enumerate() {
             let is_news = *known != Some(now.state)
                 && (known.is_some_and(|before| !before.is_trusted()) || !now.state.is_trusted());
             if is_news {
-                println!("{:6.2} s: s{sensor} {:?}", *at_us as f64 * 1e-6, now.state);
+                console::print(format_args!(
+                    "{:6.2} s: s{sensor} {:?}",
+                    *at_us as f64 * 1e-6,
+                    now.state
+                ));
             }
             *known = Some(now.state);
         }

@@ -9,6 +9,7 @@ use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
 use crate::bounded::read_at_most;
+use crate::escape::whole_escaped;
 
 /// Where the image lies in flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,12 +81,16 @@ impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Build(reason) => write!(f, "the flash image was not built: {reason}"),
-            Self::Read(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::Read(path, error) => write!(f, "{}: {error}", shown(path)),
             Self::NotAnImage(path, reason) => {
-                write!(f, "{}: no flash image: {reason}", path.display())
+                write!(f, "{}: no flash image: {reason}", shown(path))
             }
         }
     }
+}
+
+fn shown(path: &Path) -> String {
+    whole_escaped(path.to_string_lossy().chars())
 }
 
 impl std::error::Error for ImageError {}

@@ -131,6 +131,7 @@ fn picture(title: &str, map: &Map, steps: &[Step]) -> crate::figures::Picture {
     MapPicture {
         title: Some(title),
         path: &path,
+        jumps: &[],
         final_heading_rad: Some(0.0),
         outlines: &[BLOCK_M.to_vec()],
         window: Some(window),
