@@ -33,6 +33,6 @@ mod survey;
 mod ticks;
 pub mod world;
 
-pub use run::{CAPACITY, RunError, RunOutcome, run};
+pub use run::{CAPACITY, RunError, RunOutcome, check, run};
 pub use survey::{Figures, Survey};
 pub use ticks::{TICK_PERIOD_US, with_ticks};

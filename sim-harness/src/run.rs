@@ -54,6 +54,19 @@ pub enum RunError {
     Refused(Fault),
 }
 
+/// Checks a configuration before the work that [`run`] would do with it.
+///
+/// # Errors
+/// It is not legal or does not fit into [`CAPACITY`].
+pub fn check(config: &Config) -> Result<(), RunError> {
+    config.validate()?;
+    let wanted = config.particles();
+    if wanted > CAPACITY {
+        return Err(RunError::TooManyParticles { wanted });
+    }
+    Ok(())
+}
+
 /// Configures a node, hands it all inputs and hands on all events.
 ///
 /// A refused input changes nothing but its counter; the run goes on.
@@ -65,11 +78,7 @@ pub fn run(
     inputs: &[Input],
     mut on_event: impl FnMut(&Event),
 ) -> Result<RunOutcome, RunError> {
-    config.validate()?;
-    let wanted = config.particles();
-    if wanted > CAPACITY {
-        return Err(RunError::TooManyParticles { wanted });
-    }
+    check(config)?;
     let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
     let mut node = Node::new(&mut particles);
     let mut outcome = RunOutcome::default();
