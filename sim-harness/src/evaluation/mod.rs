@@ -12,6 +12,7 @@ mod legs;
 mod line;
 mod measure;
 mod method;
+mod nearest_segment;
 mod openings;
 mod paper_claims;
 mod record;

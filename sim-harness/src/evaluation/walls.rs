@@ -1,12 +1,14 @@
 //! Walls beside a drive whose world nobody measured.
 
 use core::fmt;
+use core::ops::Range;
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use super::Line;
 use super::legs::legs;
+use super::nearest_segment::SegmentTree;
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -68,7 +70,10 @@ impl WallReport {
     /// report.
     #[must_use]
     pub fn of(map: &Map, path: &[(f64, f64)]) -> Self {
-        Self::beside(map, &vectors(path), |_| true)
+        let path = vectors(path);
+        let whole = 0..path.len().saturating_sub(1);
+        let mut sides = Sides::of_legs(map, &path, &[whole]);
+        sides.pop().unwrap_or_default().report()
     }
 
     /// The same for each nearly straight leg of the path by itself, in order.
@@ -79,55 +84,56 @@ impl WallReport {
     #[must_use]
     pub fn by_leg(map: &Map, path: &[(f64, f64)]) -> Vec<Self> {
         let path = vectors(path);
-        legs(&path)
-            .into_iter()
-            .map(|leg| Self::beside(map, &path, |segment| leg.contains(&segment)))
-            .collect()
+        let sides = Sides::of_legs(map, &path, &legs(&path));
+        sides.iter().map(Sides::report).collect()
     }
+}
 
-    fn beside(map: &Map, path: &[Vector], is_wanted: impl Fn(usize) -> bool) -> Self {
-        let (mut left, mut right) = (Vec::new(), Vec::new());
+/// The occupied cells left and right of a leg of the path.
+#[derive(Clone, Debug, Default)]
+struct Sides {
+    left: Vec<Vector>,
+    right: Vec<Vector>,
+}
+
+impl Sides {
+    /// Gives each occupied cell to the leg of its nearest segment; `legs` are ranges of
+    /// segments, in order.
+    fn of_legs(map: &Map, path: &[Vector], legs: &[Range<usize>]) -> Vec<Self> {
+        let tree = SegmentTree::new(path, |_| true);
+        let mut all = vec![Self::default(); legs.len()];
         for (cell, p_occ) in map.iter() {
             if Occupancy::of(*p_occ) != Occupancy::Occupied {
                 continue;
             }
             let (x, y) = map.centre(cell);
             let centre = Vector::new(x, y);
-            match nearest_segment(path, centre) {
-                Some((segment, is_left)) if is_wanted(segment) => {
-                    if is_left { &mut left } else { &mut right }.push(centre);
-                }
-                _ => {}
+            let Some((segment, is_left)) = tree.nearest(centre) else {
+                continue;
+            };
+            let leg = legs.partition_point(|leg| leg.end <= segment);
+            if let Some(sides) = all.get_mut(leg) {
+                let side = if is_left {
+                    &mut sides.left
+                } else {
+                    &mut sides.right
+                };
+                side.push(centre);
             }
         }
-        Self {
-            left: WallSide::of(&left),
-            right: WallSide::of(&right),
+        all
+    }
+
+    fn report(&self) -> WallReport {
+        WallReport {
+            left: WallSide::of(&self.left),
+            right: WallSide::of(&self.right),
         }
     }
 }
 
 fn vectors(path: &[(f64, f64)]) -> Vec<Vector> {
     path.iter().map(|(x, y)| Vector::new(*x, *y)).collect()
-}
-
-/// The segment of a path that is nearest to a place, and whether that lies left of it.
-fn nearest_segment(path: &[Vector], place: Vector) -> Option<(usize, bool)> {
-    let segments = path.iter().zip(path.iter().skip(1)).enumerate();
-    let nearest = segments
-        .filter_map(|(index, (from, to))| {
-            let way = *to - *from;
-            let squared = way.dot(way);
-            if squared <= 0.0 {
-                return None;
-            }
-            let from_start = place - *from;
-            let share = (from_start.dot(way) / squared).clamp(0.0, 1.0);
-            let distance = (from_start - way.scaled(share)).norm();
-            Some((distance, (index, way.cross(from_start) > 0.0)))
-        })
-        .min_by(|(a, _), (b, _)| a.total_cmp(b));
-    nearest.map(|(_, found)| found)
 }
 
 impl WallSide {
