@@ -44,6 +44,31 @@ pub fn print_text(text: impl Display) {
     print_escaped(&lines_escaped(&text.to_string()));
 }
 
+/// Writes bytes that are no text, such as a recording, to standard output as they are.
+///
+/// A reader that closes it ends this quietly, and [`printed`] says so.
+///
+/// # Errors
+/// What else keeps `fill` from writing.
+#[expect(clippy::disallowed_methods, reason = "the one module that may")]
+pub fn print_bytes(fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if STDOUT.printed() != Printed::Whole {
+        return Ok(());
+    }
+    let mut writer = io::BufWriter::new(io::stdout().lock());
+    let written = fill(&mut writer).and_then(|()| writer.flush());
+    // What is left of the buffer would only fail again.
+    let _ = writer.into_parts();
+    match written {
+        Err(error) if STDOUT.take(&error) == Printed::Closed => Ok(()),
+        Err(error) => {
+            let failed = format!("standard output cannot be written: {error}");
+            Err(io::Error::new(error.kind(), failed))
+        }
+        Ok(()) => Ok(()),
+    }
+}
+
 /// Writes a line to standard error.
 pub fn warn(line: impl Display) {
     warn_escaped(&line_escaped(&line.to_string()));
@@ -70,6 +95,13 @@ pub fn show_progress(line: impl Display) {
 #[expect(clippy::disallowed_methods, reason = "the one module that may")]
 pub fn is_interactive() -> bool {
     io::stderr().is_terminal()
+}
+
+/// Whether standard output is a terminal, which bytes that are no text would disturb.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "the one module that may")]
+pub fn is_stdout_interactive() -> bool {
+    io::stdout().is_terminal()
 }
 
 /// Flushes standard output; what became of everything that was printed.

@@ -40,6 +40,6 @@ mod survey;
 mod ticks;
 pub mod world;
 
-pub use run::{CAPACITY, RunError, RunOutcome, check_capacity, run};
+pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run};
 pub use survey::{Figures, Survey};
 pub use ticks::{TICK_PERIOD_US, with_ticks};

@@ -68,6 +68,15 @@ pub fn check_capacity(config: &Config, capacity: usize) -> Result<(), RunError> 
     Ok(())
 }
 
+/// Checks a configuration before the work that [`run`] would do with it.
+///
+/// # Errors
+/// It is not legal or does not fit into [`CAPACITY`].
+pub fn check(config: &Config) -> Result<(), RunError> {
+    config.validate()?;
+    check_capacity(config, CAPACITY)
+}
+
 /// Configures a node, hands it all inputs and hands on all events.
 ///
 /// A refused input changes nothing but its counter; the run goes on.
@@ -79,8 +88,7 @@ pub fn run(
     inputs: &[Input],
     mut on_event: impl FnMut(&Event),
 ) -> Result<RunOutcome, RunError> {
-    config.validate()?;
-    check_capacity(config, CAPACITY)?;
+    check(config)?;
     let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
     let mut node = Node::new(&mut particles);
     let mut outcome = RunOutcome::default();

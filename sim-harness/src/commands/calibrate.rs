@@ -8,7 +8,7 @@ use sim_harness::console;
 use sim_harness::figures::fit_picture;
 use sim_harness::output;
 
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, arguments};
 
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
@@ -21,7 +21,7 @@ pub(super) struct Calibrate {
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     fix: Vec<String>,
     /// Folder for `fit.png`, `fit.csv` and `photometry.json`.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
 
@@ -30,15 +30,17 @@ impl Calibrate {
     pub(super) fn run(self) -> Outcome {
         if let Some(folder) = &self.out {
             let outputs = ["fit.png", "fit.csv", "photometry.json"].map(|name| folder.join(name));
+            arguments::check_folder("--out", folder)?;
             output::check(&outputs, &[&self.table])?;
         }
-        let fixed = Fixed::parse(self.fix.iter().map(String::as_str))?;
+        let fixed = Fixed::parse(self.fix.iter().map(String::as_str))
+            .map_err(|error| format!("--fix: {error}"))?;
         let named = |error: &dyn std::error::Error| format!("{}: {error}", self.table.display());
         let table = Table::load(&self.table).map_err(|error| named(&error))?;
         let fit = fit(&table, &fixed).map_err(|error| named(&error))?;
         let json = serde_json::to_string_pretty(&fit)?;
         if let Some(folder) = &self.out {
-            std::fs::create_dir_all(folder)?;
+            output::create_folder(folder)?;
             fit_picture(&fit).save_png(&folder.join("fit.png"))?;
             output::write(&folder.join("fit.csv"), fit.csv().as_bytes())?;
             output::write(

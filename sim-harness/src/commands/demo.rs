@@ -9,12 +9,13 @@ use sim_harness::console;
 use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::figures::{Picture, Window, beside};
 use sim_harness::mapping::{AllFreeMapper, Mapper};
+use sim_harness::output;
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{Survey, run};
 
 use super::footprint::FootprintSwitch;
-use super::report;
 use super::{Ending, Outcome};
+use super::{arguments, report};
 
 /// The drive-by, in the program itself: the demo needs no file.
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
@@ -23,19 +24,20 @@ const MSOD: &str = include_str!("../../../scenarios/msod.toml");
 #[derive(Debug, Args)]
 pub(super) struct Demo {
     /// Seed of the sensors' noise and of the filter.
-    #[arg(long, default_value_t = 100, value_name = "N")]
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = arguments::seed)]
     seed: u64,
     /// Whether cells of the map whose centre has been under the robot's hull are free.
     #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
     footprint: FootprintSwitch,
     /// Where the pictures go.
-    #[arg(long, default_value = "out/demo", value_name = "DIR")]
+    #[arg(long, default_value = "out/demo", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
 }
 
 impl Demo {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        arguments::check_folder("--out", &self.out)?;
         let scenario = Scenario::parse(MSOD)?;
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
         let mut surveys = Vec::new();
@@ -59,7 +61,7 @@ impl Demo {
         for (name, survey) in &surveys {
             let picture = report::picture(survey, name, Some(&scenario), window);
             let folder = self.out.join(name);
-            std::fs::create_dir_all(&folder)?;
+            output::create_folder(&folder)?;
             report::save_map(survey, &picture, &folder)?;
             pictures.push(picture);
         }

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::slice;
 use std::time::Instant;
 
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
@@ -19,15 +21,16 @@ use sim_harness::evaluation::{
 use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
+use sim_harness::{RunError, check};
 
 use super::footprint::FootprintSwitch;
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, arguments};
 use super::{evaluate_report, evaluate_robot};
 
 /// Fewest seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
-/// Most drives, so that a slip of the keyboard ends at once and not tomorrow.
-const MAX_DRIVES: u64 = 100_000;
+/// Most threads: a process may have some thousands, and more than processors are no gain.
+const MAX_THREADS: i64 = 256;
 
 /// Arguments of `evaluate`.
 #[derive(Debug, Args)]
@@ -42,28 +45,55 @@ pub(super) struct Evaluate {
         value_delimiter = ',',
         default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
                          ism-standard-object,ism-tuned-dropped,ism-tuned-object,\
-                         all-free"
+                         all-free",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
-    #[arg(long, value_name = "A..B", default_value = "100..120", value_parser = seeds)]
+    #[arg(
+        long,
+        value_name = "A..B",
+        default_value = "100..120",
+        value_parser = arguments::seeds,
+        allow_hyphen_values = true,
+        conflicts_with = "recordings"
+    )]
     seeds: Range<u64>,
     /// Particles for each sensor in use.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        conflicts_with_all = ["recordings", "stamps"]
+    )]
     particles: u16,
     /// How returns make a signal: matched (the strongest one, by the filter's own law)
     /// or patch (all that is seen, by Lambert's law).
-    #[arg(long, default_value_t, value_name = "PHYSICS")]
+    #[arg(
+        long,
+        default_value_t,
+        value_name = "PHYSICS",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
     physics: Physics,
     /// What the robot is told of its motion: truth, wheel-errors, or amiro (as on its
     /// bus, held against exact poses and against no prediction).
-    #[arg(long, default_value_t, value_name = "ODOMETRY")]
+    #[arg(
+        long,
+        default_value_t,
+        value_name = "ODOMETRY",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
     odometry: Odometry,
     /// Gain that filters and ISM believe in, counts m^2.
-    #[arg(long, value_name = "A", conflicts_with = "calibrate")]
+    #[arg(
+        long,
+        value_name = "A",
+        conflicts_with_all = ["calibrate", "recordings", "sensor_faults", "stamps"]
+    )]
     alpha: Option<f32>,
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["recordings", "sensor_faults", "stamps"])]
     calibrate: bool,
     /// Whether cells of every map whose centre has been under the robot's hull are free;
     /// not so in the paper.
@@ -75,12 +105,18 @@ pub(super) struct Evaluate {
         conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
     )]
     footprint: FootprintSwitch,
-    /// Threads; 0 for one a processor. The figures do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    /// Threads; 0 for one per processor. The figures do not depend on it.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u16).range(0..=MAX_THREADS),
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    threads: u16,
     /// Judge recorded drives along walls of known place instead: the folder of the
     /// AMiRo's stepped series.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "check"])]
+    #[arg(long, value_name = "DIR", value_parser = arguments::path(), conflicts_with_all = ["scenario", "check"])]
     recordings: Option<PathBuf>,
     /// Judge what a broken sensor costs a simulated robot instead: in the scenarios of
     /// several sensors, exit code 1 if too much.
@@ -92,7 +128,9 @@ pub(super) struct Evaluate {
         long,
         value_name = "SHARE",
         default_value_t = 0.5,
-        requires = "sensor_faults"
+        value_parser = arguments::share,
+        requires = "sensor_faults",
+        conflicts_with_all = ["recordings", "stamps"]
     )]
     breaks_at: f64,
     /// Print what it costs a simulated robot that its odometry's frames do not say when
@@ -100,7 +138,7 @@ pub(super) struct Evaluate {
     #[arg(long, conflicts_with_all = ["recordings", "check", "json"])]
     stamps: bool,
     /// Where the figures of every drive go.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     json: Option<PathBuf>,
     /// End with exit code 1 if a claim or a threshold does not hold.
     #[arg(long)]
@@ -111,6 +149,7 @@ impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         if let Some(json) = &self.json {
+            arguments::check_file("--json", json)?;
             let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
             output::check(slice::from_ref(json), &scenarios)?;
         }
@@ -175,7 +214,16 @@ impl Evaluate {
     /// A simulated robot, by the seeds that were asked for.
     fn judge_robot(&self) -> Outcome {
         let mut scenarios = self.scenarios()?;
-        scenarios.retain(|scenario| scenario.ring().1.len() > 1);
+        let has_one_sensor = |scenario: &Scenario| scenario.ring().1.len() < 2;
+        if let Some(scenario) = scenarios.iter().find(|scenario| has_one_sensor(scenario))
+            && !self.scenario.is_empty()
+        {
+            let name = &scenario.name;
+            return Err(format!("--scenario {name}: of a robot with one sensor").into());
+        }
+        scenarios.retain(|scenario| !has_one_sensor(scenario));
+        arguments::check_drives(scenarios.len(), &self.seeds)?;
+        self.check_configs(&scenarios, None)?;
         let seeds = self.seeds.clone();
         if self.stamps {
             return evaluate_robot::stamps(&StampTrials { scenarios, seeds });
@@ -183,7 +231,7 @@ impl Evaluate {
         evaluate_robot::sensor_faults(&SensorFaultTrials {
             scenarios,
             seeds,
-            breaks_at: self.breaks_at.clamp(0.0, 1.0),
+            breaks_at: self.breaks_at,
             particles_per_sensor: self.particles,
         })
     }
@@ -228,18 +276,15 @@ impl Evaluate {
                 methods.push(*method);
             }
         }
-        let scenarios = self.scenarios()?;
-        let drives = scenarios.len() as u64;
-        let seeds = self.seeds.end - self.seeds.start;
-        if drives.saturating_mul(seeds) > MAX_DRIVES {
-            return Err(format!("{seeds} seeds: at most {MAX_DRIVES} drives in all").into());
-        }
         let options = Options {
             physics: self.physics,
             odometry: self.odometry,
             ..Options::default()
         };
-        options.validate()?;
+        options.validate().map_err(|error| format!("--{error}"))?;
+        let scenarios = self.scenarios()?;
+        arguments::check_drives(scenarios.len(), &self.seeds)?;
+        self.check_configs(&scenarios, self.alpha)?;
         Ok(Comparison {
             scenarios,
             methods,
@@ -252,8 +297,30 @@ impl Evaluate {
                 self.alpha
             },
             footprint: self.footprint == FootprintSwitch::On,
-            threads: self.threads,
+            threads: usize::from(self.threads),
         })
+    }
+
+    /// Checks, before the first drive, what every filter will be configured with.
+    fn check_configs(&self, scenarios: &[Scenario], alpha: Option<f32>) -> Result<(), String> {
+        for scenario in scenarios {
+            let mut config = Config {
+                particles_per_sensor: self.particles,
+                ..scenario.config(Profile::Paper)
+            };
+            if let Some(alpha) = alpha {
+                config.photometry.alpha_counts_m2 = alpha;
+            }
+            check(&config).map_err(|error| {
+                let option = match &error {
+                    RunError::Parameter(error) => arguments::option_of(error.parameter),
+                    RunError::TooManyParticles { .. } => Some("--particles"),
+                    RunError::Refused(_) => None,
+                };
+                format!("{}: {error}", option.unwrap_or(&scenario.name))
+            })?;
+        }
+        Ok(())
     }
 
     fn scenarios(&self) -> Result<Vec<Scenario>, Box<dyn Error>> {
@@ -312,16 +379,6 @@ fn scenario(wanted: &str) -> Result<Scenario, Box<dyn Error>> {
         return Err(format!("{wanted}: named {name}, but not the paper's; rename it").into());
     }
     Ok(scenario)
-}
-
-/// Seeds from `A..B`.
-fn seeds(text: &str) -> Result<Range<u64>, String> {
-    let bounds = text.split_once("..");
-    let number = |text: &str| text.parse::<u64>().ok();
-    match bounds.and_then(|(first, end)| Some(number(first)?..number(end)?)) {
-        Some(seeds) if !seeds.is_empty() => Ok(seeds),
-        _ => Err("two numbers A..B are wanted, A below B".to_owned()),
-    }
 }
 
 fn verdicts(claims: &[Claim], trials: &[Trial]) -> Vec<Verdict> {

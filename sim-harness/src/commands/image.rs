@@ -8,7 +8,7 @@ use sim_harness::console;
 use sim_harness::link::{Layout, build_image, to_s_records};
 use sim_harness::output;
 
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, arguments};
 
 /// Arguments of `image`.
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ pub(super) struct Image {
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
     /// Write the bytes to flash here, and as S-records beside them (`.srec`).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
 
@@ -37,7 +37,13 @@ impl Image {
     pub(super) fn run(self) -> Outcome {
         if let Some(out) = &self.out {
             let inputs: Vec<_> = self.file.iter().map(PathBuf::as_path).collect();
-            output::check(&[out.clone(), out.with_extension("srec")], &inputs)?;
+            let beside = out.with_extension("srec");
+            if beside == *out {
+                return Err("--out names the binary; the S-records go beside it as .srec".into());
+            }
+            arguments::check_file("--out", out)?;
+            arguments::check_file("--out", &beside)?;
+            output::check(&[out.clone(), beside], &inputs)?;
         }
         let layout = match self.layout {
             LayoutName::Bare => Layout::Bare,
@@ -75,9 +81,6 @@ fn write(
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let records = to_s_records(&name, layout.start() as u32, &bytes);
     let beside = out.with_extension("srec");
-    if beside == out {
-        return Err("--out names the binary; the S-records go beside it as .srec".into());
-    }
     output::write(out, &bytes)?;
     output::write(&beside, records.as_bytes())?;
     Ok(format!(

@@ -1,6 +1,7 @@
 //! The commands of the program, one a file.
 
 mod ailments;
+mod arguments;
 mod calibrate;
 mod demo;
 mod evaluate;
@@ -24,7 +25,7 @@ mod target;
 use std::error::Error;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 use sim_harness::console;
 
 /// The laboratory of the inverse particle filter.
@@ -76,10 +77,25 @@ type Outcome = Result<Ending, Box<dyn Error>>;
 
 /// Runs the command line.
 pub(crate) fn main() -> ExitCode {
-    exit_code::of(match Arguments::try_parse() {
+    exit_code::of(match parse() {
         Ok(arguments) => arguments.command.run(),
         Err(error) => Ok(print_of_parser(&error)),
     })
+}
+
+/// Reads the arguments; an option takes a negative number as its value, so that what is
+/// wrong with it is its range.
+fn parse() -> Result<Arguments, clap::Error> {
+    let mut command = Arguments::command().mut_subcommands(|command| {
+        command.mut_args(|argument| {
+            let is_option = !argument.is_positional();
+            let takes = matches!(argument.get_action(), ArgAction::Set | ArgAction::Append);
+            argument.allow_negative_numbers(is_option && takes)
+        })
+    });
+    let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let read = Arguments::from_arg_matches_mut(&mut matches);
+    read.map_err(|error| error.format(&mut command))
 }
 
 /// Prints the help or version that was asked for, or what is wrong with the arguments.

@@ -14,9 +14,9 @@ pub(super) struct Offsets {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     /// Only show the offsets that the board has now.
     #[arg(long)]
     read: bool,
@@ -28,6 +28,7 @@ pub(super) struct Offsets {
 impl Offsets {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        target::check(&self.on, self.baud, self.image.as_deref(), &[])?;
         let options = QemuOptions::default();
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;

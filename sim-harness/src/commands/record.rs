@@ -16,7 +16,7 @@ use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_i
 use super::ailments::{ailments, counters, report_counters, status_counters};
 use super::parts::Parts;
 use super::settings::Settings;
-use super::{Ending, Outcome, target};
+use super::{Ending, Outcome, arguments, target};
 
 /// Arguments of `record`.
 #[derive(Debug, Args)]
@@ -24,27 +24,28 @@ pub(super) struct Record {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     #[command(flatten)]
     settings: Settings,
     /// The recording: a new file, created once the board has taken its configuration. A
     /// board that is reset begins a second one beside it, NAME.2.ipf or the next number
     /// that is free.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     out: PathBuf,
     /// Replace the file of --out if it exists.
     #[arg(long)]
     force: bool,
     /// How long to record; until interrupted (Ctrl-C, SIGTERM) if not given.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..))]
     seconds: Option<u32>,
 }
 
 impl Record {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        target::check(&self.on, self.baud, None, &[])?;
         let config = self.settings.apply(None)?;
         let parts = RefCell::new(Parts::new(self.out, self.force)?);
         let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;

@@ -25,7 +25,7 @@ use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
 use super::standstill::Standstill;
-use super::{Ending, Outcome, target};
+use super::{Ending, Outcome, arguments, target};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -43,9 +43,9 @@ pub(super) struct Replay {
     /// Where the filter runs: `host`, `qemu`, or the name of a serial port.
     #[arg(long, default_value = "host", value_name = "host|qemu|PORT")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     /// What is wrong, in the words of `simulate`: with the line from the filter to the
     /// mapper, as in `link=drop:1e-4x300+off@2s..5s`; with the recorded inputs, as in
     /// `s3=stuck@5s..8s, can=off@10s`. Times count from the recording's first input.
@@ -57,13 +57,13 @@ pub(super) struct Replay {
     )]
     fault: Faults,
     /// Seed of what is random about the faults.
-    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault", value_parser = arguments::seed)]
     seed_of_faults: u64,
     /// Whether cells of the map whose centre has been under the robot's hull are free.
     #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
     footprint: FootprintSwitch,
     /// Where map, summary and event stream go.
-    #[arg(long, default_value = "out/replay", value_name = "DIR")]
+    #[arg(long, default_value = "out/replay", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
     /// End with exit code 2 if a line or frame of the recording was refused.
     #[arg(long)]
@@ -92,6 +92,7 @@ struct Run {
 impl Replay {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        self.check_options()?;
         let outputs = report::FILES.map(|name| self.out.join(name));
         let image = self.image.iter().map(PathBuf::as_path);
         let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
@@ -120,9 +121,6 @@ impl Replay {
         } else {
             inputs
         };
-        if self.has_line_faults() && self.on != "host" {
-            return Err("--fault link=... disturbs a run on the host, not on a board".into());
-        }
         if !self.fault.are_none() {
             console::print(format_args!(
                 "with faults: {}, seed {}",
@@ -149,6 +147,20 @@ impl Replay {
             Some(Equality::ParticlesLost) => Ending::ParticlesLost,
             Some(Equality::Equal) | None => Ending::Good,
         })
+    }
+
+    /// Checks, before anything is read, what can be known of the options by then.
+    fn check_options(&self) -> Result<(), String> {
+        let of_emulator = [
+            ("--count-instructions", self.count_instructions),
+            ("--ram-fill", self.ram_fill.is_some()),
+        ];
+        target::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
+        if self.has_line_faults() && self.on != "host" {
+            return Err("--fault link=... disturbs a run on the host, not on a board".into());
+        }
+        self.settings.apply(None)?;
+        arguments::check_folder("--out", &self.out)
     }
 
     fn has_line_faults(&self) -> bool {
@@ -303,7 +315,7 @@ impl Replay {
             DriveScores::of(&mut mapper, &run.events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
-        std::fs::create_dir_all(&self.out)?;
+        output::create_folder(&self.out)?;
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let picture = report::picture(survey, &name, scenario, None);
         report::save_map(survey, &picture, &self.out)?;

@@ -13,6 +13,7 @@ mod line;
 mod mapped_sides;
 mod measure;
 mod method;
+mod nearest_segment;
 mod openings;
 mod paper_claims;
 mod record;

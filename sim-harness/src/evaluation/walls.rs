@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::Line;
 use super::legs::legs;
 use super::mapped_sides::is_mapped;
+use super::nearest_segment::SegmentTree;
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -121,7 +122,9 @@ impl WallReport {
     pub fn of(surroundings: &Surroundings<'_>) -> Self {
         let path = vectors(surroundings.path);
         let whole = 0..path.len().saturating_sub(1);
-        Self::beside(surroundings, &path, &whole)
+        let mut sides = Sides::of_legs(surroundings, &path, std::slice::from_ref(&whole));
+        let sides = sides.pop().unwrap_or_default();
+        sides.report(surroundings, &path, &whole)
     }
 
     /// The same for each nearly straight leg of the path by itself, in order.
@@ -133,70 +136,80 @@ impl WallReport {
     #[must_use]
     pub fn by_leg(surroundings: &Surroundings<'_>) -> Vec<Self> {
         let path = vectors(surroundings.path);
-        let legs = surroundings.legs(&path).into_iter();
-        legs.map(|leg| Self::beside(surroundings, &path, &leg))
+        let legs = surroundings.legs(&path);
+        let sides = Sides::of_legs(surroundings, &path, &legs);
+        let pairs = sides.iter().zip(&legs);
+        pairs
+            .map(|(sides, leg)| sides.report(surroundings, &path, leg))
             .collect()
     }
+}
 
-    fn beside(surroundings: &Surroundings<'_>, path: &[Vector], wanted: &Range<usize>) -> Self {
+/// The occupied cells left and right of a leg of the path.
+#[derive(Clone, Debug, Default)]
+struct Sides {
+    left: Vec<Vector>,
+    right: Vec<Vector>,
+}
+
+impl Sides {
+    /// Gives each occupied cell to the leg of its nearest segment.
+    fn of_legs(
+        surroundings: &Surroundings<'_>,
+        path: &[Vector],
+        legs: &[Range<usize>],
+    ) -> Vec<Self> {
         let map = surroundings.map;
-        let (mut left, mut right) = (Vec::new(), Vec::new());
+        let tree = SegmentTree::new(path, |segment| surroundings.is_driven(segment));
+        let mut all = vec![Self::default(); legs.len()];
         for (cell, p_occ) in map.iter() {
             if Occupancy::of(*p_occ) != Occupancy::Occupied {
                 continue;
             }
             let (x, y) = map.centre(cell);
             let centre = Vector::new(x, y);
-            match nearest_segment(surroundings, path, centre) {
-                Some((segment, is_left)) if wanted.contains(&segment) => {
-                    if is_left { &mut left } else { &mut right }.push(centre);
-                }
-                _ => {}
+            let Some((segment, is_left)) = tree.nearest(centre) else {
+                continue;
+            };
+            let number = legs.partition_point(|leg| leg.end <= segment);
+            let is_inside = legs.get(number).is_some_and(|leg| leg.contains(&segment));
+            if let Some(sides) = all.get_mut(number).filter(|_| is_inside) {
+                let side = if is_left {
+                    &mut sides.left
+                } else {
+                    &mut sides.right
+                };
+                side.push(centre);
             }
         }
-        let driven = || {
-            wanted
-                .clone()
-                .filter(|segment| surroundings.is_driven(*segment))
-        };
+        all
+    }
+
+    fn report(
+        &self,
+        surroundings: &Surroundings<'_>,
+        path: &[Vector],
+        leg: &Range<usize>,
+    ) -> WallReport {
+        let driven = leg
+            .clone()
+            .filter(|segment| surroundings.is_driven(*segment));
         let side = |places: &[Vector], is_left| WallSide {
             mapped: !places.is_empty()
-                || driven().any(|segment| is_mapped(surroundings.counted, path, segment, is_left)),
+                || driven
+                    .clone()
+                    .any(|segment| is_mapped(surroundings.counted, path, segment, is_left)),
             ..WallSide::of(places)
         };
-        Self {
-            left: side(&left, true),
-            right: side(&right, false),
+        WallReport {
+            left: side(&self.left, true),
+            right: side(&self.right, false),
         }
     }
 }
 
 fn vectors(path: &[(f64, f64)]) -> Vec<Vector> {
     path.iter().map(|(x, y)| Vector::new(*x, *y)).collect()
-}
-
-/// The segment of a path that is nearest to a place, and whether that lies left of it.
-fn nearest_segment(
-    surroundings: &Surroundings<'_>,
-    path: &[Vector],
-    place: Vector,
-) -> Option<(usize, bool)> {
-    let segments = path.iter().zip(path.iter().skip(1)).enumerate();
-    let nearest = segments
-        .filter(|(index, _)| surroundings.is_driven(*index))
-        .filter_map(|(index, (from, to))| {
-            let way = *to - *from;
-            let squared = way.dot(way);
-            if squared <= 0.0 {
-                return None;
-            }
-            let from_start = place - *from;
-            let share = (from_start.dot(way) / squared).clamp(0.0, 1.0);
-            let distance = (from_start - way.scaled(share)).norm();
-            Some((distance, (index, way.cross(from_start) > 0.0)))
-        })
-        .min_by(|(a, _), (b, _)| a.total_cmp(b));
-    nearest.map(|(_, found)| found)
 }
 
 impl WallSide {
