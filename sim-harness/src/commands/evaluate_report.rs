@@ -24,7 +24,7 @@ pub(super) fn world(comparison: &Comparison) {
         console::print("The robot's footprint is free in every map; not so in the paper.");
     }
     console::print("");
-    console::print_text(&SCORES_IN_WORDS);
+    console::print_text(SCORES_IN_WORDS);
     console::print(
         "PathOE: mean of OE over eight snapshots. False, frontier: occupied cells in the \
          openings, frontier cells\nin the worse one (smallest seed).",
@@ -198,7 +198,7 @@ pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
         verdicts.len()
     ));
     for verdict in verdicts {
-        console::print_text(&verdict);
+        console::print_text(verdict);
     }
     console::print("");
 }

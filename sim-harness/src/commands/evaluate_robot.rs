@@ -17,7 +17,7 @@ pub(super) fn sensor_faults(trials: &SensorFaultTrials) -> Outcome {
     console::print_text(format_args!("\n{SCORES_IN_WORDS}\n"));
     let rows = trials.run()?;
     for row in &rows {
-        console::print_text(&row);
+        console::print_text(row);
     }
     let failed = rows.iter().filter(|row| !row.holds()).count();
     console::print(format_args!(
