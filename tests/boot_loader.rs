@@ -33,9 +33,15 @@ const MPU_RBAR: u32 = 0xe000_ed9c;
 const MPU_RASR: u32 = 0xe000_eda0;
 const FPDSCR: u32 = 0xe000_ef3c;
 
-const PENDSV: (u32, u32) = (ICSR, 1 << 28);
-const FPU_ON: (u32, u32) = (CPACR, 0xf << 20);
-const OUR_VECTORS: (u32, u32) = (VTOR, IMAGE);
+const PENDSV: Write = (ICSR, 1 << 28);
+const FPU_ON: Write = (CPACR, 0xf << 20);
+const OUR_VECTORS: Write = (VTOR, IMAGE);
+
+/// A word and the address that it is written to, which stands first.
+type Write = (u32, u32);
+
+/// A name, whether the boot loader lets interrupts in, and what it writes.
+type Case = (&'static str, bool, Vec<Write>);
 
 /// Number of the interrupt CAN1_RX1, for which the image has no handler.
 const CAN1_RX1: u32 = 21;
@@ -46,7 +52,7 @@ const OTHER_ROUNDING: u32 = 1 << 24 | 1 << 22;
 /// A boot loader as machine code: it lets interrupts in or not, writes words to
 /// addresses, sets the floating point status, and starts the image as AMiRo's does: the
 /// stack from word 0, a jump to word 1.
-fn boot_loader(lets_interrupts_in: bool, writes: &[(u32, u32)], fpscr: u32) -> Vec<u8> {
+fn boot_loader(lets_interrupts_in: bool, writes: &[Write], fpscr: u32) -> Vec<u8> {
     const CODE: usize = 0x200;
     let code: [u16; 24] = [
         if lets_interrupts_in { 0xb662 } else { 0xb672 }, // cpsie i, cpsid i
@@ -115,7 +121,7 @@ fn f5c_interrupts_that_a_boot_loader_left_pending_do_not_stop_the_start() {
     let enabled = (NVIC_ISER, 1 << CAN1_RX1);
     let pending = (NVIC_ISPR, 1 << CAN1_RX1);
     let tick = [(SYST_RVR, 1_000), (SYST_CSR, 7)];
-    let cases: [(&str, bool, Vec<(u32, u32)>); 7] = [
+    let cases: [Case; 7] = [
         ("nothing", false, vec![OUR_VECTORS]),
         ("PendSV, masked", false, vec![PENDSV, OUR_VECTORS]),
         ("PendSV, taken", true, vec![OUR_VECTORS, PENDSV]),
