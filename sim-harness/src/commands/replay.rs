@@ -78,10 +78,33 @@ pub(super) struct Replay {
 struct Run {
     ran_on: &'static str,
     survey: Survey,
-    /// Kept for the scores on the way where the recording carries a truth.
-    events: Vec<Event>,
+    events: Kept,
     stream: Vec<u8>,
     comparison: Option<Verdict>,
+}
+
+/// What of a run's events the report needs besides the survey.
+struct Kept {
+    /// How often the odometry broke off.
+    broke_off: usize,
+    /// All of them, for the scores on the way, where the recording carries a truth.
+    all: Option<Vec<Event>>,
+}
+
+impl Kept {
+    fn new(is_scored: bool) -> Self {
+        Self {
+            broke_off: 0,
+            all: is_scored.then(Vec::new),
+        }
+    }
+
+    fn take(&mut self, event: &Event) {
+        self.broke_off += usize::from(matches!(event, Event::BrokeOff { .. }));
+        if let Some(all) = &mut self.all {
+            all.push(event.clone());
+        }
+    }
 }
 
 impl Replay {
@@ -122,9 +145,10 @@ impl Replay {
                 self.fault, self.seed_of_faults
             ));
         }
+        let is_scored = scenario.is_some();
         let run = match self.on.as_str() {
-            "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
-            _ => self.on_board(&config, &inputs, cell_m)?,
+            "host" => self.on_host(&config, &inputs, &recording, (cell_m, is_scored))?,
+            _ => self.on_board(&config, &inputs, (cell_m, is_scored))?,
         };
         self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
         let differs = run.comparison.is_some_and(|verdict| !verdict.equal);
@@ -161,16 +185,16 @@ impl Replay {
         config: &Config,
         inputs: &[Input],
         recording: &Recording,
-        cell_m: f64,
+        (cell_m, is_scored): (f64, bool),
     ) -> Result<Run, Box<dyn Error>> {
         let mut survey = Survey::new(cell_m);
-        let mut events = Vec::new();
+        let mut events = Kept::new(is_scored);
         let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
         let bar = progress("steps", None);
         let mut arrive = |event: &Event| {
             survey.take(event);
-            events.push(event.clone());
+            events.take(event);
         };
         let outcome = run(config, inputs, |event| {
             comparison.expect(event);
@@ -212,7 +236,7 @@ impl Replay {
         &self,
         config: &Config,
         inputs: &[Input],
-        cell_m: f64,
+        (cell_m, is_scored): (f64, bool),
     ) -> Result<Run, Box<dyn Error>> {
         let mut comparison = Comparison::default();
         let outcome = run(config, inputs, |event| comparison.expect(event))?;
@@ -237,7 +261,7 @@ impl Replay {
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;
         let mut survey = Survey::new(cell_m);
-        let mut events = Vec::new();
+        let mut events = Kept::new(is_scored);
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
         all.extend_from_slice(inputs);
@@ -248,7 +272,7 @@ impl Replay {
             &all,
             |event| {
                 survey.take(event);
-                events.push(event.clone());
+                events.take(event);
                 comparison.meet(event);
                 if let Event::Status(status) = event {
                     slowest_step = slowest_step.max(status.board.step_cycles_max);
@@ -295,7 +319,8 @@ impl Replay {
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
             let mut mapper = CountingMapper::new(scenario.cell_m);
-            DriveScores::of(&mut mapper, &run.events, scenario, &truth)
+            let events = run.events.all.as_deref().unwrap_or_default();
+            DriveScores::of(&mut mapper, events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
         output::create_folder(&self.out)?;
@@ -325,9 +350,7 @@ impl Replay {
             figures.cells_occupied,
             figures.cells_free
         ));
-        let broke_off = run.events.iter();
-        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
-        match broke_off.count() {
+        match run.events.broke_off {
             0 => {}
             times => console::print(format_args!(
                 "BrokeOff {times} times: parts of the map share no origin"
