@@ -10,11 +10,13 @@ use amiro_ipf::input::Input;
 
 use super::{Format, GroundTruth, Place, Reason, Recording};
 
-/// Most inputs, events and true poses that one recording may hold together.
+/// Most memory of a recording's inputs, events and true poses together, bytes: 4 GiB.
 ///
-/// An entry takes at most 128 bytes, so this bounds the memory that an endless source
-/// can take at 0.5 GB. It is 69 hours of readings and odometry at 8 Hz.
-pub const MOST_ENTRIES: usize = 4_000_000;
+/// An entry takes at most 128 bytes, and no frame is shorter than 9: up to this limit the
+/// memory is in proportion to the source. The limit is for sources without end. It is 33
+/// million events, five hours of all that a filter of 8000 particles sends while the robot
+/// drives at 80 mm/s.
+pub const MOST_BYTES: u64 = 4 << 30;
 
 /// Stamps further apart than this begin a new segment.
 const GAP_US: u64 = 1_000_000;
@@ -52,7 +54,8 @@ pub(super) struct Draft {
     last_of_host: [Option<(u64, Input)>; KINDS],
     last_of_board: [Option<(u64, Input)>; KINDS],
     newest_us: Option<u64>,
-    room: usize,
+    /// Bytes that the entries may take.
+    room: u64,
 }
 
 impl Draft {
@@ -64,7 +67,7 @@ impl Draft {
             last_of_host: [None; KINDS],
             last_of_board: [None; KINDS],
             newest_us: None,
-            room: MOST_ENTRIES,
+            room: MOST_BYTES,
         }
     }
 
@@ -284,14 +287,17 @@ impl Draft {
 
     fn make_room(&mut self, place: Place) -> ControlFlow<()> {
         let recording = &self.recording;
-        let poses = recording
-            .truth
-            .as_ref()
-            .map_or(0, |truth| truth.poses.len());
-        if recording.inputs.len() + recording.events.len() + poses < self.room {
+        let poses = recording.truth.as_ref().map(|truth| &*truth.poses);
+        let taken = size_of_val(&*recording.inputs)
+            + size_of_val(&*recording.events)
+            + size_of_val(poses.unwrap_or_default());
+        if (taken as u64) < self.room {
             return ControlFlow::Continue(());
         }
-        let text = format!("more than {} entries: the rest is not read", self.room);
+        let text = format!(
+            "entries of more than {} MiB: the rest is not read",
+            self.room >> 20
+        );
         self.refuse(place, Reason::Full, text);
         ControlFlow::Break(())
     }
@@ -330,7 +336,7 @@ mod tests {
     #[test]
     fn endless_inputs_end_at_the_cap() {
         let mut draft = Draft::new(Format::Stream);
-        draft.room = 3;
+        draft.room = 3 * size_of::<Input>() as u64;
         for stamp_us in 0..3 {
             assert!(
                 draft
@@ -342,6 +348,12 @@ mod tests {
         let recording = draft.finish();
         assert_eq!(recording.inputs.len(), 3);
         assert_eq!(recording.refusals.count_of(Reason::Full), 1);
+    }
+
+    #[test]
+    fn events_of_an_hour_of_driving_are_not_cut() {
+        const EVENTS: u64 = 6_100_000;
+        assert!(EVENTS * size_of::<Event>() as u64 <= MOST_BYTES);
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! One bad line or frame costs that line or frame: it is refused with its place and
 //! reason, and what is left is used. A source that has nothing usable at all is a
 //! [`LogError`]. Memory is bounded whatever a source holds: 64 KiB a line, 128 bytes
-//! a frame, 64 KiB of scenario, 4 KiB of faults, [`MOST_ENTRIES`] entries in all.
+//! a frame, 64 KiB of scenario, 4 KiB of faults, [`MOST_BYTES`] of entries in all.
 
 mod amiro_header;
 mod amiro_text;
@@ -24,7 +24,7 @@ mod source;
 mod stream;
 mod writer;
 
-pub use draft::MOST_ENTRIES;
+pub use draft::MOST_BYTES;
 pub use error::{LogError, Problem};
 pub(crate) use origin::{DECIDING_BYTES, is_of_a_robot};
 pub use reader::{read, read_from};
