@@ -308,7 +308,7 @@ fn a_missing_step_is_found() {
     // The board never hears of the last millimetres.
     let inputs = inputs();
     let verdict = verdict_of(&inputs[..inputs.len() - 2], |_| true);
-    let reasons = ["6 of 7 digests were met", "1 steps never came"];
+    let reasons = ["the end of step 6 never came"];
     assert_fails_because(&verdict, &reasons);
     assert_eq!((verdict.steps, verdict.expected_steps), (6, 7), "{verdict}");
 }
@@ -471,6 +471,41 @@ fn a_recording_without_any_particle_message_is_equal_with_all_of_them_lost() {
     let verdict = verdict_of_recorded(|event| !matches!(event, Event::Particles(_)));
     assert_eq!(verdict.equality, Equality::ParticlesLost, "{verdict}");
     assert_eq!((verdict.digests, verdict.particle_messages), (STEPS, 0));
+}
+
+#[test]
+fn a_recording_that_ends_within_its_last_step_is_equal_up_to_there() {
+    let count = host_events(&inputs()).len();
+    let last_begin = host_events(&inputs())
+        .iter()
+        .rposition(|event| matches!(event, Event::StepBegun(_)))
+        .unwrap();
+    // In front of the last step, behind its begin, amid its particles, before its end.
+    for end in [last_begin, last_begin + 1, last_begin + 3, count - 1] {
+        let mut number = 0;
+        let verdict = verdict_of_recorded(|_| {
+            number += 1;
+            number <= end
+        });
+        assert_eq!(verdict.equality, Equality::Equal, "{verdict}");
+        assert_eq!(verdict.digests, STEPS - 1);
+        assert_eq!(verdict.ends_within_step, Some(6));
+        assert!(
+            verdict
+                .to_string()
+                .ends_with("\n  the recording ends within step 6")
+        );
+    }
+    // More than that is missing.
+    let mut number = 0;
+    let verdict = verdict_of_recorded(|_| {
+        number += 1;
+        number < last_begin
+    });
+    assert_fails_because(
+        &verdict,
+        &["5 of 7 digests were met", "2 steps never ended"],
+    );
 }
 
 #[test]

@@ -13,7 +13,8 @@ use sim_harness::console;
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
 use sim_harness::link::{
-    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
+    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, listen,
+    post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
@@ -302,6 +303,7 @@ impl Replay {
         );
         bar.finish_and_clear();
         comparison.take_audit(driven?);
+        listen(&mut board, |event| comparison.meet(event))?;
         for (input, refused) in answers {
             comparison.meet_answer(input, refused);
         }

@@ -180,6 +180,8 @@ pub struct Board {
     encoder: Encoder,
     numbers: Numbers,
     greeted: Option<Answerer>,
+    /// Number of the last greeting's frames.
+    greeted_as: u16,
     account: Account,
     junk: JunkWatch,
     /// Bytes since the last piece ended.
@@ -230,6 +232,7 @@ impl Board {
             encoder: Encoder::new(HOST_BOOT_ID),
             numbers: random_numbers(),
             greeted: None,
+            greeted_as: 0,
             account: Account::new(),
             junk: JunkWatch::default(),
             piece_bytes: 0,
@@ -350,12 +353,14 @@ impl Board {
 
     /// One greeting with a number of its own, repeated until it is answered.
     fn greet_once(&mut self, deadline: Instant) -> Result<Answerer, LinkError> {
-        self.encoder = Encoder::numbered_from(HOST_BOOT_ID, (self.numbers)());
+        let number = (self.numbers)();
         let mut greeting = Greeting::default();
         let mut unanswered = 0;
         // What a board is sent before its line is up is lost: ask again and again.
         while Instant::now() < deadline {
-            let hello = self.send(&Input::Hello)?;
+            // Under the same number: on a slow line an answer may come after the next one.
+            self.encoder = Encoder::numbered_from(HOST_BOOT_ID, number);
+            self.send(&Input::Hello)?;
             let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
                 if self.take_junk() {
@@ -364,9 +369,10 @@ impl Board {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
-                if let Some(board) = greeting.take(&frame, hello) {
+                if let Some(board) = greeting.take(&frame, number) {
                     check_version(&board.boot)?;
                     self.account = Account::after(&frame);
+                    self.greeted_as = number;
                     return Ok(board);
                 }
             }
@@ -396,6 +402,18 @@ impl Board {
     #[must_use]
     pub fn boot_id(&self) -> Option<u8> {
         self.greeted.as_ref().map(|board| board.boot_id)
+    }
+
+    /// Number of the frames that greeted the board: a greeting that was sent more than once
+    /// is answered as often.
+    pub(super) fn greeted_as(&self) -> u16 {
+        self.greeted_as
+    }
+
+    /// Begins the account anew behind this frame: what became of frames before it is of
+    /// another run.
+    pub(super) fn begin_account(&mut self, frame: &Frame) {
+        self.account = Account::after(frame);
     }
 
     /// The offsets that the board had when it was greeted; `None` if it had none yet.

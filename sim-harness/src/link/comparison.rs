@@ -277,6 +277,9 @@ impl Comparison {
     pub fn verdict(&self, boot: Option<&Boot>, tally: &FrameTally) -> Verdict {
         let mut verdict = self.verdict_of_recording();
         let reasons = &mut verdict.reasons;
+        if let Some(step) = verdict.ends_within_step.take() {
+            reasons.push(format!("the end of step {step} never came"));
+        }
         let mut because = |count: u64, what: &str| {
             if count > 0 {
                 reasons.push(format!("{count} {what}"));
@@ -311,7 +314,8 @@ impl Comparison {
         verdict
     }
 
-    /// The verdict over recorded events, of which particle messages may be missing.
+    /// The verdict over recorded events, of which particle messages may be missing, and the
+    /// rest of the last step: a recording ends anywhere.
     #[must_use]
     pub fn verdict_of_recording(&self) -> Verdict {
         let mut reasons: Vec<String> = self
@@ -321,15 +325,18 @@ impl Comparison {
             .collect();
         reasons.extend(self.differs_in_answers.clone());
         let expected_steps = self.expected.len();
-        if self.digests < expected_steps {
+        let ended = self
+            .current
+            .map_or(0, |current| current.index + usize::from(current.is_done));
+        let is_cut = self.compared > 0 && ended + 1 == expected_steps;
+        if self.digests + usize::from(is_cut) < expected_steps {
             reasons.push(format!(
                 "{} of {expected_steps} digests were met",
                 self.digests
             ));
         }
-        let begun = self.current.map_or(0, |current| current.index + 1);
-        if begun < expected_steps {
-            reasons.push(format!("{} steps never came", expected_steps - begun));
+        if !is_cut && ended < expected_steps {
+            reasons.push(format!("{} steps never ended", expected_steps - ended));
         }
         if self.next_break < self.breaks.len() {
             reasons.push("the odometry broke off more often in the host's run".to_owned());
@@ -345,6 +352,8 @@ impl Comparison {
         Verdict {
             equality,
             equal: equality == Equality::Equal,
+            // As many steps as 32 bits count.
+            ends_within_step: is_cut.then_some(ended as u32),
             first_different_step: self.differs.as_ref().and_then(|found| found.step),
             steps: self.steps,
             digests: self.digests,

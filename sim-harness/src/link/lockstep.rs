@@ -14,6 +14,9 @@ use super::{Board, LinkError};
 /// How long the events of one input may keep coming: a whole step at 9600 baud.
 const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 
+/// Statuses come at 8 Hz: how long one is waited for.
+const STATUS_DEADLINE: Duration = Duration::from_millis(500);
+
 /// What was wrong with a board's answers as such, whatever they say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AnswerAudit {
@@ -70,6 +73,9 @@ pub fn drive(
         {
             return Err(LinkError::Restarted { input: first });
         }
+        if is_in_other_run && matches!(frame.message, Message::Event(Event::Configured(_))) {
+            board.begin_account(&frame);
+        }
         let Message::Event(event) = frame.message else {
             continue;
         };
@@ -85,7 +91,7 @@ pub fn drive(
             continue;
         };
         let Some(place) = waiting.iter().position(|&(_, sequence)| sequence == input) else {
-            audit.surplus += 1;
+            audit.surplus += u64::from(input != board.greeted_as());
             continue;
         };
         audit.out_of_order += u64::from(place > 0);
@@ -97,6 +103,25 @@ pub fn drive(
         deadline = Instant::now() + ANSWER_DEADLINE;
         on_answer(index, refused);
     }
+}
+
+/// Hands on what a board sends behind its last answer, where nothing of a run may come:
+/// up to its next status, or for half a second.
+///
+/// # Errors
+/// A broken link.
+pub fn listen(board: &mut Board, mut on_event: impl FnMut(&Event)) -> Result<(), LinkError> {
+    let deadline = Instant::now() + STATUS_DEADLINE;
+    while let Some(frame) = board.receive_frame(deadline)? {
+        let Message::Event(event) = frame.message else {
+            continue;
+        };
+        on_event(&event);
+        if matches!(event, Event::Status(_)) {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Whether an event belongs to the run of one configuration.

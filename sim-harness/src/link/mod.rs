@@ -35,7 +35,7 @@ pub use image::{Image, ImageError, Layout, build_image};
 pub use interrupt::Interrupt;
 pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
 pub use line_run::{LineOutcome, LineRun};
-pub use lockstep::{AnswerAudit, drive};
+pub use lockstep::{AnswerAudit, drive, listen};
 pub use memory::boot_on_host;
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use order::InOrder;

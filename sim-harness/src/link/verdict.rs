@@ -23,6 +23,8 @@ pub struct Verdict {
     pub equal: bool,
     /// The first step in which they differ.
     pub first_different_step: Option<u32>,
+    /// The last step, where a recording ends within it or in front of it.
+    pub ends_within_step: Option<u32>,
     /// Step messages compared equal, the begin of each.
     pub steps: usize,
     /// Digests compared equal.
@@ -56,6 +58,9 @@ impl fmt::Display for Verdict {
             ": {} of {} steps, {} digests, {} particle messages with {} outcomes compared equal",
             self.steps, self.expected_steps, self.digests, self.particle_messages, self.particles
         )?;
+        if let Some(step) = self.ends_within_step {
+            write!(f, "\n  the recording ends within step {step}")?;
+        }
         for reason in &self.reasons {
             write!(f, "\n  {reason}")?;
         }
