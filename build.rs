@@ -50,6 +50,7 @@ fn main() -> io::Result<()> {
         PathBuf::from("memory.x"),
     ];
     collect(Path::new("src"), &mut sources)?;
+    collect(Path::new("drivers"), &mut sources)?;
     sources.sort();
     let mut hasher = DefaultHasher::new();
     for source in &sources {

@@ -62,10 +62,11 @@ impl Transaction {
 
     /// Bytes to write: the address of a register, then its new values if there are any.
     #[must_use]
-    pub fn write_bytes(&self) -> &[u8] {
-        self.bytes
-            .get(..usize::from(self.write))
-            .unwrap_or_default()
+    pub const fn write_bytes(&self) -> &[u8] {
+        match self.bytes.split_at_checked(self.write as usize) {
+            Some((written, _)) => written,
+            None => &self.bytes,
+        }
     }
 
     /// Number of bytes to read after a repeated start; 0 for none, up to

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use amiro_ipf::driver::{BusFault, Transaction};
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use super::{Device, FakeBus, LineFault};
@@ -49,6 +50,18 @@ impl fmt::Display for FakeBusError {
 
 impl std::error::Error for FakeBusError {}
 
+/// The fault that the flash image's master reports in the same case.
+impl From<FakeBusError> for BusFault {
+    fn from(error: FakeBusError) -> Self {
+        match error {
+            FakeBusError::NoAcknowledge(NoAcknowledgeSource::Data) => Self::RefusedByte,
+            FakeBusError::NoAcknowledge(_) => Self::NoSuchPart,
+            FakeBusError::Line(LineFault::ArbitrationLost) => Self::ArbitrationLost,
+            FakeBusError::Line(LineFault::SclLow | LineFault::SdaLow) => Self::HeldLow,
+        }
+    }
+}
+
 impl<P: Device> ErrorType for FakeBus<P> {
     type Error = FakeBusError;
 }
@@ -75,6 +88,21 @@ impl<P: Device> I2c for FakeBus<P> {
 }
 
 impl<P: Device> FakeBus<P> {
+    /// Executes a transaction of the robot's drivers and gives the bytes that were read.
+    ///
+    /// # Errors
+    /// As the bus's `I2c`.
+    pub fn run(&mut self, transaction: &Transaction) -> Result<Vec<u8>, FakeBusError> {
+        let (address, write) = (transaction.address(), transaction.to_write());
+        let mut read = vec![0; transaction.to_read()];
+        match (write.is_empty(), read.is_empty()) {
+            (_, true) => I2c::write(self, address, write),
+            (true, false) => I2c::read(self, address, &mut read),
+            (false, false) => self.write_read(address, write, &mut read),
+        }?;
+        Ok(read)
+    }
+
     fn execute(
         &mut self,
         address: u8,
