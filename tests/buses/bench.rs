@@ -5,7 +5,7 @@ use amiro_ipf::driver::{Branch, ProximityRing, SensorState, Transaction};
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::senses::BUSES;
 use amiro_ipf::sensor::{SENSORS, Sample};
-use sim_harness::bus::{FakeBus, Fault, RobotBuses, RobotParts, SensorFault, place_of};
+use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
 
 /// Rounds after which sound sensors have earned trust: one configures, ten readings,
 /// and one in hand for clocks that have not ticked yet.
@@ -108,14 +108,9 @@ impl Bench {
 
     /// Something happens to a sensor now.
     pub(crate) fn strike(&mut self, sensor: usize, fault: SensorFault) {
-        let place = place_of(sensor);
-        let fault = Fault::Sensor {
-            channel: place.channel as u8,
-            fault,
-        };
-        let bus = self.buses.bus_mut(place.bus);
+        let bus = self.buses.bus_of_mut(sensor);
         let now_ns = bus.now_ns();
-        bus.script.from_time(now_ns, fault);
+        bus.script.from_time(now_ns, on_sensor(sensor, fault));
     }
 
     /// No sensor has been credited with anything but its own measurements.

@@ -3,7 +3,7 @@
 use amiro_ipf::random::{Generator, uniform_below};
 use pca9544a::{Address, Channel, Pca9544a, Selection};
 use sim_harness::bus::{
-    FakeBus, FakeBusError, Fault, MuxFault, RobotBuses, SensorFault, Vcnl4020 as Part,
+    FakeBus, FakeBusError, Fault, MuxFault, RobotBuses, SensorFault, Vcnl4020Model,
 };
 use vcnl4020::{
     Ambient, Command, Compared, Configuration, Error, InterruptControl, InterruptStatus,
@@ -21,14 +21,14 @@ const FAST: Configuration = Configuration {
 };
 
 /// A sensor of its own that measures this, and its bus.
-fn bus(signal: u16) -> FakeBus<Part> {
-    let mut bus = FakeBus::new(Part::default());
+fn bus(signal: u16) -> FakeBus<Vcnl4020Model> {
+    let mut bus = FakeBus::new(Vcnl4020Model::default());
     bus.parts_mut().set_signal(signal);
     bus
 }
 
 /// Lets time pass on the sensor's bus.
-fn after(sensor: Vcnl4020<FakeBus<Part>>, ns: u64) -> Vcnl4020<FakeBus<Part>> {
+fn after(sensor: Vcnl4020<FakeBus<Vcnl4020Model>>, ns: u64) -> Vcnl4020<FakeBus<Vcnl4020Model>> {
     let mut bus = sensor.release();
     bus.advance(ns);
     Vcnl4020::new(bus)

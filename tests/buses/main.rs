@@ -11,7 +11,7 @@ use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::{Photometry, Reading, SENSORS, Sample};
 use bench::Bench;
 use embedded_hal::i2c::I2c;
-use sim_harness::bus::{FakeBus, Fault, MuxFault, Random, SensorFault, Vcnl4020};
+use sim_harness::bus::{FakeBus, Fault, MuxFault, Random, SensorFault, Vcnl4020Model};
 
 const ROUND_US: u64 = 8_000;
 
@@ -472,7 +472,7 @@ fn f17_of_a_million_random_update_phases_none_gives_a_torn_value() {
 
 #[test]
 fn f17_a_reader_who_trusts_the_ready_bit_is_given_torn_values() {
-    let mut bus = FakeBus::new(Vcnl4020::default());
+    let mut bus = FakeBus::new(Vcnl4020Model::default());
     let mut generator = Generator::seeded(1);
     bus.write(0x13, &[0x82, 0x06]).unwrap();
     bus.write(0x13, &[0x80, 0x03]).unwrap();

@@ -186,17 +186,17 @@ impl<P: Device> FakeBus<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::{At24c01, Fault};
+    use crate::bus::{At24c01Model, Fault};
 
     const BYTES: [u8; 4] = [1, 2, 3, 4];
 
-    fn bus() -> FakeBus<At24c01> {
-        let mut bus = FakeBus::new(At24c01::new(0x50));
+    fn bus() -> FakeBus<At24c01Model> {
+        let mut bus = FakeBus::new(At24c01Model::new(0x50));
         bus.parts_mut().bytes_mut()[..4].copy_from_slice(&BYTES);
         bus
     }
 
-    fn said(bus: &FakeBus<At24c01>) -> String {
+    fn said(bus: &FakeBus<At24c01Model>) -> String {
         bus.transcript().to_string()
     }
 
@@ -239,7 +239,7 @@ mod tests {
 
     /// The error of a read of two bytes from 0 with a fault at a byte, the bus after it,
     /// and whether the next read succeeds.
-    fn with(at: u64, fault: Fault) -> (Option<ErrorKind>, FakeBus<At24c01>) {
+    fn with(at: u64, fault: Fault) -> (Option<ErrorKind>, FakeBus<At24c01Model>) {
         let mut bus = bus();
         bus.script.at_byte(at, fault);
         let mut read = [0; 2];
