@@ -129,9 +129,9 @@ impl Config {
         self.parameters.validate()?;
         let photometry = &self.photometry;
         unless(
-            (0.01..=100.0).contains(&photometry.alpha_counts_m2),
+            (0.001..=100.0).contains(&photometry.alpha_counts_m2),
             "alpha_counts_m2",
-            "0.01 to 100 counts m^2",
+            "0.001 to 100 counts m^2",
         )?;
         unless(
             (-5000.0..=5000.0).contains(&photometry.beta_counts),

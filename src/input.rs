@@ -11,6 +11,10 @@ use crate::sensor::{SENSORS, Sample};
 ///
 /// Stamps are microseconds of the sender's clock. Readings and odometry each carry
 /// their own; within a kind they never decrease.
+///
+/// Any 64-bit number is a legal stamp. Arithmetic on stamps, here and in the harness,
+/// saturates: a difference is 0 where the second stamp is the earlier one, and a sum
+/// stops at [`u64::MAX`]. Neither wraps and neither panics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Input {

@@ -23,6 +23,7 @@
 //!   to events.
 //! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
 //!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
+//! - [`board`]: the controllers of I2C and CAN over register traits.
 //! - [`supervision`]: the rules by which the image watches over itself.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
@@ -81,6 +82,7 @@
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
 )]
 
+pub mod board;
 pub mod can;
 pub mod checksum;
 pub mod config;

@@ -4,9 +4,15 @@ mod common;
 
 use std::fmt::Write as _;
 
+use amiro_ipf::config::Config;
+use amiro_ipf::event::Event;
+use amiro_ipf::filter::Profile;
+use amiro_ipf::geometry::Pose;
+use amiro_ipf::input::Input;
 use amiro_ipf::random::{Generator, standard_normal_pair};
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::sensor::{Photometry, SENSORS, Sample};
 use sim_harness::calibration::{Fit, Fixed, Origin, Parameter, Table, fit};
+use sim_harness::run;
 
 const RANGES_MM: [u32; 9] = [30, 40, 50, 60, 80, 100, 120, 150, 200];
 
@@ -103,6 +109,62 @@ fn laws_far_from_the_default_are_found_exactly() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn a_black_wall_is_fitted_and_the_filter_takes_it() {
+    let law = Photometry {
+        alpha_counts_m2: 0.0099,
+        sigma_counts: 2.0,
+        ..Photometry::VCNL4020
+    };
+    let mut noise = Generator::seeded(1);
+    let mut text = "range_mm,angle_deg,counts\n".to_owned();
+    for range_mm in [5, 7, 10, 15, 20, 25, 30, 40, 60] {
+        for _ in 0..5 {
+            let exact = law.counts(range_mm as f32 / 1000.0, 0.0).unwrap();
+            let counts = exact + law.sigma_counts * standard_normal_pair(&mut noise).0;
+            writeln!(text, "{range_mm},0,{counts}").unwrap();
+        }
+    }
+    let fit = fitted(&text, &["delta=0"]).unwrap();
+    let alpha = fit.value(Parameter::Alpha);
+    assert!((alpha / 0.0099 - 1.0).abs() < 0.05, "{fit}");
+    // Both profiles find a wall that is 30 mm away from the two sensors on the left, each
+    // of which looks 22.5 degrees beside it.
+    for profile in [Profile::Paper, Profile::Plus] {
+        let config = Config {
+            photometry: fit.photometry(),
+            ..Config::amiro(profile)
+        };
+        config.validate().unwrap();
+        let seen = law.counts(0.03, 22.5_f32.to_radians()).unwrap();
+        let mut samples = [Sample::Counts(law.beta_counts as i32 - 1); SENSORS];
+        samples[1] = Sample::Counts(seen as i32);
+        samples[2] = Sample::Counts(seen as i32);
+        let inputs: Vec<Input> = (0..40)
+            .flat_map(|row| {
+                let stamp_us = row * 125_000;
+                let pose = Pose::new(row as f32 * 0.01, 0.0, 0.0);
+                [
+                    Input::Odometry { stamp_us, pose },
+                    Input::Proximity { stamp_us, samples },
+                ]
+            })
+            .collect();
+        let mut surfaces = 0;
+        let outcome = run(&config, &inputs, |event| {
+            if let Event::StepDone(step) = event {
+                surfaces += u64::from(step.past_gate);
+            }
+        })
+        .unwrap();
+        assert!(outcome.steps > 20, "{profile:?}: {outcome:?}");
+        assert!(
+            surfaces > 500,
+            "{profile:?}: {surfaces} particles past the gate"
+        );
     }
 }
 

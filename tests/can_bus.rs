@@ -2,16 +2,14 @@
 //!
 //! Names that begin with f and a number are entries of the fault catalogue: CAN.
 
-#[path = "../src/bin/firmware/can/mod.rs"]
-mod can;
 #[path = "can_bus/model.rs"]
 mod model;
 
+use amiro_ipf::board::can::{BitTiming, CanHealth, Controller};
 use amiro_ipf::can::{
     BodySpeed, CanState, Frame, Ignored, Message, READ, StandardId, proximity_ring, target_speed,
 };
 use amiro_ipf::random::Generator;
-use can::{BitTiming, CanHealth, Controller};
 use model::{Unit, Wire, WireFrame};
 
 /// Between two patrols, microseconds.

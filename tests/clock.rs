@@ -1,10 +1,7 @@
 //! The core's clock where parts of it are dead, at a model of the clock unit.
 
-#[path = "../src/bin/firmware/clock_choice.rs"]
-mod clock_choice;
-
+use amiro_ipf::board::clock_choice::{ClockUnit, choose};
 use amiro_ipf::event::ClockSource;
-use clock_choice::{ClockUnit, choose};
 
 /// A clock unit with dead parts.
 #[derive(Debug, Default)]

@@ -119,6 +119,7 @@ fn comparison(names: &[&str], methods: &[Method], particles: u16, threads: usize
         particles_per_sensor: particles,
         options: Options::default(),
         alpha_counts_m2: None,
+        footprint: false,
         threads,
     }
 }

@@ -164,7 +164,9 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Junk,
         LinkError::Write(Error::other("Input/output error")),
         LinkError::Gone,
+        LinkError::Interrupted,
         LinkError::NoBoot,
+        LinkError::OtherSession,
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
@@ -177,7 +179,9 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Junk
             | LinkError::Write(_)
             | LinkError::Gone
+            | LinkError::Interrupted
             | LinkError::NoBoot
+            | LinkError::OtherSession
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }
             | LinkError::Silent

@@ -1,17 +1,11 @@
 //! docs/hardware.md against the code: whoever changes a pin, a period, a priority or an
 //! address changes the page in the same breath.
 
-#[path = "../src/bin/firmware/budget.rs"]
-mod budget;
-#[path = "../src/bin/firmware/can/timing.rs"]
-mod can_timing;
-#[path = "../src/bin/firmware/i2c/timing.rs"]
-mod i2c_timing;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use amiro_ipf::board::{budget, can, i2c};
 use amiro_ipf::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
 use amiro_ipf::driver::branch::USUAL_ROUND_CLOCKS;
 use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01, vcnl4020};
@@ -136,6 +130,36 @@ fn pins_are_set_to_what_the_table_says() {
 }
 
 #[test]
+fn the_debug_probe_s_section_names_the_runner_its_pins_and_the_log_s_level() {
+    let page = read("docs/hardware.md");
+    let (_, section) = page.split_once("\n## Debug probe\n").unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let settings = read(".cargo/config.toml");
+    let value = |key: &str| {
+        let line = settings.lines().find(|line| line.starts_with(key)).unwrap();
+        line.split('"').nth(1).unwrap()
+    };
+    let runner = value("runner");
+    assert!(section.contains(&format!("`{runner}`")), "{runner}");
+    let level = value("DEFMT_LOG");
+    assert!(section.contains(&format!("sets `{level}`")), "{level}");
+    let chip = runner.split_once("--chip ").unwrap().1;
+    for command in section.lines().filter(|line| line.starts_with("probe-rs ")) {
+        assert!(command.contains(&format!("--chip {chip}")), "{command}");
+    }
+    let pins: Vec<String> = rows("Debug probe", "probe")
+        .into_iter()
+        .map(|row| row[1].clone())
+        .filter(|pin| pin.starts_with('P'))
+        .collect();
+    let pins = pins.join(", ");
+    let debugger_s = "left alone: the debugger's";
+    let alone = rows("Pins", "pin");
+    let row = alone.iter().find(|row| row[2] == debugger_s).unwrap();
+    assert_eq!(row[0], pins);
+}
+
+#[test]
 fn sensors_are_where_the_table_has_them() {
     let rows = rows("Sensors", "sensor");
     assert_eq!(rows.len(), SENSORS);
@@ -195,7 +219,7 @@ fn bit_timings_are_the_units() {
     let rows = rows("Messages of the robot's bus", "bus clock");
     assert_eq!(rows.len(), 2);
     for (row, hz) in rows.iter().zip([42_000_000_u32, 16_000_000]) {
-        let bits = can_timing::BitTiming::at(hz).unwrap().bits();
+        let bits = can::BitTiming::at(hz).unwrap().bits();
         let (prescaler, first, second) = (
             (bits & 0x3ff) + 1,
             (bits >> 16 & 0xf) + 1,
@@ -214,7 +238,7 @@ fn bit_timings_are_the_units() {
         assert_eq!(row[..], expected);
     }
     // CCR 35 in fast mode, TRISE 13.
-    let timing = format!("{:?}", i2c_timing::Timing::fast(42_000_000));
+    let timing = format!("{:?}", i2c::Timing::fast(42_000_000));
     let expected = format!(
         "Timing {{ megahertz: 42, clock: {}, rise: 13 }}",
         0x8000 | 35
@@ -311,7 +335,7 @@ fn numbers_are_the_code_s() {
         ("RESTART", board("board/mod.rs", "RESTART")),
         ("HEALTH_EVERY", board("sampler.rs", "HEALTH_EVERY")),
         ("CAN_EVERY", board("sampler.rs", "CAN_EVERY")),
-        ("STALL_US", board("i2c/limits.rs", "STALL_US")),
+        ("STALL_US", constant("src/board/i2c/limits.rs", "STALL_US")),
         ("CAPACITY", budget::CAPACITY as u64),
         ("SEND_QUEUE", budget::SEND_QUEUE as u64),
         ("RECEIVE_QUEUE", budget::RECEIVE_QUEUE as u64),

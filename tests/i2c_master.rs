@@ -3,8 +3,6 @@
 //! Names that begin with f02 to f05 are entries of the fault catalogue. What the
 //! silicon itself does with a shorted wire is not shown here.
 
-#[path = "../src/bin/firmware/i2c/mod.rs"]
-mod i2c;
 mod i2c_model;
 
 use std::cell::RefCell;
@@ -14,7 +12,7 @@ use amiro_ipf::driver::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
 
 use sim_harness::bus::{At24c01Model, Pca9544aModel, Vcnl4020Model};
 
-use i2c::{Line, Master, Progress, Register, Registers, Timing};
+use amiro_ipf::board::i2c::{self, Line, Master, Progress, Register, Registers, Timing};
 use i2c_model::{Bench, FOR_EVER, Fault, PATROL_NS, Part, Seen, Stuck};
 
 const ADDRESS: u8 = 0x13;

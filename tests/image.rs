@@ -87,3 +87,24 @@ fn amiro_s_boot_loader_would_start_the_image() {
     assert!(APPLICATION + bytes.len() as u32 <= FLASH_END);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[cfg(unix)]
+#[test]
+fn the_memory_budget_is_printed_into_a_closed_pipe_without_a_panic() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut budget = Command::new(env!("CARGO_BIN_EXE_firmware"));
+    let output = budget.stdout(writer).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_endless_file_is_given_up_before_it_fills_the_memory() {
+    let error = sim_harness::link::Image::read(Path::new("/dev/zero")).unwrap_err();
+    assert!(
+        error.to_string().contains("more than 67108864 bytes"),
+        "{error}"
+    );
+}

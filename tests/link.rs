@@ -23,8 +23,8 @@ use amiro_ipf::wire::{
 };
 use sim_harness::bus::RobotBuses;
 use sim_harness::link::{
-    Board, Comparison, LinkError, Verdict, boot_on_host, drive, measure_offsets, offsets_in_words,
-    record,
+    Board, Comparison, Equality, FrameTally, LinkError, Verdict, boot_on_host, drive,
+    measure_offsets, offsets_in_words, record,
 };
 use sim_harness::log::read_from;
 use sim_harness::run;
@@ -89,13 +89,13 @@ fn verdict_of(
         |_, _| (),
     )
     .unwrap();
-    comparison.verdict(board.boot(), board.lost_frames())
+    comparison.verdict(board.boot(), &board.tally())
 }
 
 fn assert_fails_because(verdict: &Verdict, reasons: &[&str]) {
     assert!(!verdict.equal, "{verdict}");
     let shown = verdict.to_string();
-    assert!(shown.starts_with("DIFFERENT: "), "{shown}");
+    assert!(shown.starts_with("DIFFERENT"), "{shown}");
     for reason in reasons {
         let is_said = verdict.reasons.iter().any(|said| said.contains(reason));
         assert!(is_said, "{reason} is not among the reasons of\n{shown}");
@@ -199,9 +199,8 @@ fn a_dropped_particle_frame_is_found() {
     });
     let verdict = verdict_of(&inputs(), lossy);
     let reasons = [
-        "differs in step",
         "1 frames of the board were lost",
-        "1 messages never came",
+        "1 particle messages never came",
     ];
     assert_fails_because(&verdict, &reasons);
 }
@@ -216,10 +215,7 @@ fn a_frame_that_is_damaged_on_the_line_is_found() {
         }
         true
     });
-    assert_fails_because(
-        &verdict,
-        &["differs in step", "1 frames of the board were lost"],
-    );
+    assert_fails_because(&verdict, &["1 frames of the board were lost"]);
 }
 
 #[test]
@@ -282,7 +278,7 @@ fn a_board_that_did_not_introduce_itself_is_found() {
         comparison.expect(&event);
         comparison.meet(&event);
     }
-    let verdict = comparison.verdict(None, 0);
+    let verdict = comparison.verdict(None, &FrameTally::default());
     assert_fails_because(&verdict, &["did not introduce itself"]);
 }
 
@@ -302,7 +298,7 @@ fn nothing_compared_is_not_equal() {
         |_, _| (),
     )
     .unwrap();
-    let verdict = comparison.verdict(board.boot(), board.lost_frames());
+    let verdict = comparison.verdict(board.boot(), &board.tally());
     assert_fails_because(&verdict, &["nothing was compared"]);
     assert_eq!(verdict.reasons.len(), 1, "{verdict}");
 }
@@ -312,7 +308,7 @@ fn a_missing_step_is_found() {
     // The board never hears of the last millimetres.
     let inputs = inputs();
     let verdict = verdict_of(&inputs[..inputs.len() - 2], |_| true);
-    let reasons = ["6 of 7 digests were met", "messages never came"];
+    let reasons = ["6 of 7 digests were met", "1 steps never came"];
     assert_fails_because(&verdict, &reasons);
     assert_eq!((verdict.steps, verdict.expected_steps), (6, 7), "{verdict}");
 }
@@ -330,13 +326,31 @@ fn a_step_too_many_is_found() {
     assert_eq!(verdict.digests, STEPS, "{verdict}");
 }
 
-#[test]
-fn f65_frames_that_the_board_dropped_are_found() {
+/// The host's run met by itself, and the verdict with these figures of the link.
+fn verdict_with(tally: FrameTally, status: Status) -> Verdict {
     let mut comparison = Comparison::default();
     for event in host_events(&inputs()) {
         comparison.expect(&event);
         comparison.meet(&event);
     }
+    comparison.meet(&Event::Status(status));
+    comparison.verdict(Some(&boot_on_host(800)), &tally)
+}
+
+#[test]
+fn f65_frames_that_the_board_dropped_are_found() {
+    let tally = FrameTally {
+        dropped: 3,
+        ..FrameTally::default()
+    };
+    let verdict = verdict_with(tally, Status::default());
+    assert_fails_because(&verdict, &["3 frames were dropped by the board"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+#[test]
+fn frames_that_were_dropped_before_the_greeting_are_no_difference() {
+    // The counter of the status begins with the board's boot.
     let board = BoardStatus {
         dropped_frames: 3,
         ..BoardStatus::default()
@@ -345,10 +359,152 @@ fn f65_frames_that_the_board_dropped_are_found() {
         board,
         ..Status::default()
     };
-    comparison.meet(&Event::Status(status));
-    let verdict = comparison.verdict(Some(&boot_on_host(800)), 0);
-    assert_fails_because(&verdict, &["the board dropped 3 frames"]);
+    let verdict = verdict_with(FrameTally::default(), status);
+    assert!(verdict.equal, "{verdict}");
+}
+
+#[test]
+fn an_account_that_the_board_contradicts_is_no_equality() {
+    let tally = FrameTally {
+        contradicted: 2,
+        ..FrameTally::default()
+    };
+    let verdict = verdict_with(tally, Status::default());
+    let reason = "2 statuses of the board contradict its frames' numbers";
+    assert_fails_because(&verdict, &[reason]);
     assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+/// A board's run of all inputs, and the verdict that counts its answers too.
+fn audited(on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Verdict {
+    let mut comparison = Comparison::default();
+    for event in host_events(&inputs()) {
+        comparison.expect(&event);
+    }
+    let mut board = Board::in_memory(on_line);
+    board.greet().unwrap();
+    let meet = |event: &Event| comparison.meet(event);
+    let audit = drive(&mut board, &inputs(), meet, |_, _| ()).unwrap();
+    comparison.take_audit(audit);
+    comparison.verdict(board.boot(), &board.tally())
+}
+
+#[test]
+fn surplus_answers_are_no_equality() {
+    let mut encoder = Encoder::new(0);
+    let mut answers = 0;
+    let verdict = audited(move |bytes| {
+        let frame = read(bytes);
+        let mut sent = encoder.encode(&frame.message).to_vec();
+        if let Message::Event(Event::Answer { input, .. }) = frame.message {
+            answers += 1;
+            if answers == 5 {
+                // The same input is answered once more.
+                let refused = None;
+                sent.extend(encoder.encode(Outgoing::Event(&Event::Answer { input, refused })));
+            }
+        }
+        *bytes = sent;
+        true
+    });
+    assert_fails_because(&verdict, &["1 answers to no input of this run"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+#[test]
+fn answers_out_of_order_are_no_equality() {
+    // The answers to two inputs change places.
+    let mut held = None;
+    let mut answers = 0;
+    let verdict = audited(line(move |event| {
+        let Event::Answer { input, refused } = event else {
+            return Some(event);
+        };
+        answers += 1;
+        match answers {
+            6 => {
+                held = Some(input);
+                Some(Event::Answer {
+                    input: input.wrapping_add(1),
+                    refused,
+                })
+            }
+            7 => held.take().map(|input| Event::Answer { input, refused }),
+            _ => Some(Event::Answer { input, refused }),
+        }
+    }));
+    assert_fails_because(&verdict, &["1 answers came out of order"]);
+    assert_eq!(verdict.reasons.len(), 1, "{verdict}");
+}
+
+/// The verdict over recorded events of which `keep` lets some through.
+fn verdict_of_recorded(mut keep: impl FnMut(&Event) -> bool) -> Verdict {
+    let mut comparison = Comparison::default();
+    let events = host_events(&inputs());
+    events.iter().for_each(|event| comparison.expect(event));
+    let kept = events.iter().filter(|event| keep(event));
+    kept.for_each(|event| comparison.meet(event));
+    comparison.verdict_of_recording()
+}
+
+#[test]
+fn a_recording_with_lost_particle_messages_is_equal_and_says_how_many_were_lost() {
+    // The first, the last of a step, and two in a row.
+    let mut batches = 0;
+    let verdict = verdict_of_recorded(|event| {
+        batches += u32::from(matches!(event, Event::Particles(_)));
+        !matches!(event, Event::Particles(_)) || ![1, 22, 30, 31].contains(&batches)
+    });
+    assert_eq!(verdict.equality, Equality::ParticlesLost, "{verdict}");
+    assert_eq!(verdict.particle_messages_lost, 4);
+    assert_eq!((verdict.steps, verdict.digests), (STEPS, STEPS));
+    assert!(!verdict.equal && verdict.reasons.is_empty(), "{verdict}");
+    let shown = verdict.to_string();
+    assert!(
+        shown.starts_with("EQUAL, 4 particle messages lost: 7 of 7 steps, 7 digests, "),
+        "{shown}"
+    );
+}
+
+#[test]
+fn a_recording_without_any_particle_message_is_equal_with_all_of_them_lost() {
+    let verdict = verdict_of_recorded(|event| !matches!(event, Event::Particles(_)));
+    assert_eq!(verdict.equality, Equality::ParticlesLost, "{verdict}");
+    assert_eq!((verdict.digests, verdict.particle_messages), (STEPS, 0));
+}
+
+#[test]
+fn a_recording_that_lost_a_steps_frame_differs_there_and_is_compared_to_its_end() {
+    type Keep = fn(&Event) -> bool;
+    let cases: [(Keep, &str, usize); 3] = [
+        (
+            |event| !matches!(event, Event::StepBegun(step) if step.index == 3),
+            "step 3 (its begin never came)",
+            STEPS,
+        ),
+        (
+            |event| !matches!(event, Event::StepDone(step) if step.index == 3),
+            "step 3 (its end never came)",
+            STEPS - 1,
+        ),
+        (
+            |event| match event {
+                Event::StepBegun(step) => step.index != 3,
+                Event::StepDone(step) => step.index != 3,
+                Event::Particles(batch) => batch.step != 3,
+                _ => true,
+            },
+            "step 3 (it never came)",
+            STEPS - 1,
+        ),
+    ];
+    for (keep, reason, digests) in cases {
+        let verdict = verdict_of_recorded(keep);
+        assert_fails_because(&verdict, &[reason]);
+        assert_eq!(verdict.digests, digests, "{verdict}");
+        assert_eq!(verdict.first_different_step, Some(3), "{verdict}");
+        assert!(verdict.to_string().starts_with("DIFFERENT at step 3: "));
+    }
 }
 
 #[test]
@@ -357,7 +513,7 @@ fn an_input_without_an_answer_ends_the_run_within_the_deadline() {
     // The greeting and two inputs are answered.
     let mut board = Board::in_memory(line(move |event| {
         answers += usize::from(matches!(event, Event::Answer { .. }));
-        (answers <= 3 || !matches!(event, Event::Answer { .. })).then_some(event)
+        (answers <= 4 || !matches!(event, Event::Answer { .. })).then_some(event)
     }));
     board.greet().unwrap();
     let start = Instant::now();
@@ -398,7 +554,7 @@ fn an_input_that_the_board_alone_refuses_is_a_difference_and_is_named() {
         for (input, refused) in answers {
             comparison.meet_answer(input, refused);
         }
-        let verdict = comparison.verdict(board.boot(), board.lost_frames());
+        let verdict = comparison.verdict(board.boot(), &board.tally());
         assert_eq!(verdict.equal, equal, "{verdict}");
         let named = verdict
             .to_string()
@@ -546,11 +702,11 @@ fn a_board_that_says_nothing_of_its_offsets_is_given_up_after_five_seconds() {
 
 #[test]
 fn a_line_on_which_only_the_board_s_health_comes_is_no_answer() {
-    // The first answer is the greeting's; every later one becomes a health.
+    // The first two answers are the greetings'; every later one becomes a health.
     let mut answers = 0;
     let mut board = Board::in_memory(line(move |event| {
         answers += usize::from(matches!(event, Event::Answer { .. }));
-        let is_hidden = answers > 1 && matches!(event, Event::Answer { .. });
+        let is_hidden = answers > 2 && matches!(event, Event::Answer { .. });
         Some(if is_hidden {
             Event::Health(Health::default())
         } else {

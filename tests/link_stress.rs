@@ -13,6 +13,8 @@ use std::io::{BufWriter, Read, Write};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver as Inbox, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -30,8 +32,8 @@ use amiro_ipf::wire::{Decoder, Encoder, Importance, Message, Received, Terminal}
 use serialport::{SerialPort, TTYPort};
 use sim_harness::evaluation::{DriveScores, Truth};
 use sim_harness::link::{
-    Account, Board, FrameTally, LineRun, LineTally, LinkError, LossyLine, News, QemuOptions,
-    boot_on_host, drive, record,
+    Account, Board, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossyLine, News,
+    QemuOptions, boot_on_host, drive, record,
 };
 use sim_harness::mapping::CountingMapper;
 use sim_harness::world::{Options, Scenario, simulate_with};
@@ -480,7 +482,7 @@ fn f60_a_board_behind_a_bad_line_is_balanced_whatever_ended_the_run() {
         let all = [vec![Input::Configure(config)], inputs(400)].concat();
         // An answer may be lost: the run ends at its deadline, and the account stays.
         match drive(&mut board, &all, |_| (), |_, _| ()) {
-            Ok(()) | Err(LinkError::NoAnswer { .. }) => {}
+            Ok(_) | Err(LinkError::NoAnswer { .. }) => {}
             Err(error) => panic!("{faults}: {error}"),
         }
         board.greet().ok();
@@ -652,7 +654,7 @@ fn f6b_a_device_node_that_vanishes_is_waited_for_and_the_recording_goes_on() {
                         robot.order(Order::Vanish);
                     }
                 }
-                News::Event(_) => {}
+                News::Event(_) | News::Input(_) | News::Waiting => {}
                 News::Away => {
                     asked_while_away += 1;
                     if asked_while_away == 10 {
@@ -687,6 +689,7 @@ fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
     let (robot, folder) = (Robot::start("f6b-end"), Folder::new("f6b-end"));
     let mut board = Board::on_port(robot.name(), 2_000_000).unwrap();
     board.greet().unwrap();
+    let load = Load::measure();
     let mut last_asked = None;
     let mut longest = Duration::ZERO;
     let mut since = None;
@@ -701,7 +704,7 @@ fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
                 }
                 true
             }
-            News::Event(_) => true,
+            News::Event(_) | News::Input(_) | News::Waiting => true,
             _ => {
                 let now = Instant::now();
                 if let Some(last) = last_asked.replace(now) {
@@ -712,7 +715,11 @@ fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
         },
     )
     .unwrap();
-    assert!(longest < Duration::from_millis(200), "{longest:?}");
+    let delay = load.longest_delay();
+    assert!(
+        longest < Duration::from_millis(200) + delay,
+        "{longest:?}, of which this machine's {delay:?}"
+    );
     assert!(assert_replays(&folder.part(1)) > 0);
 }
 
@@ -735,7 +742,7 @@ fn f6a_a_board_that_is_reset_begins_another_part_and_the_first_one_stays() {
                 }
                 statuses < 30
             }
-            News::Event(_) => true,
+            News::Event(_) | News::Input(_) | News::Waiting => true,
             other => {
                 said.push(format!("{other:?}"));
                 true
@@ -803,6 +810,38 @@ fn f67_noise_in_the_middle_of_a_recording_is_named_within_four_seconds() {
     assert!(after < Duration::from_secs(4), "{after:?}");
 }
 
+/// Measures how long this machine delays a thread: work of others is not the program's
+/// fault.
+struct Load {
+    is_over: Arc<AtomicBool>,
+    delays: thread::JoinHandle<Duration>,
+}
+
+impl Load {
+    fn measure() -> Self {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let end = Arc::clone(&is_over);
+        let delays = thread::spawn(move || {
+            const NAP: Duration = Duration::from_millis(5);
+            let mut longest = Duration::ZERO;
+            while !end.load(Ordering::Relaxed) {
+                let start = Instant::now();
+                thread::sleep(NAP);
+                longest = longest.max(start.elapsed() - NAP);
+            }
+            longest
+        });
+        Self { is_over, delays }
+    }
+
+    /// Three times the longest delay of a nap: what is measured wakes as often in a row,
+    /// after its sleep, to open the port and to be waited for.
+    fn longest_delay(self) -> Duration {
+        self.is_over.store(true, Ordering::Relaxed);
+        3 * self.delays.join().unwrap()
+    }
+}
+
 /// Not a test: the process that the next test interrupts, when it says so.
 #[test]
 #[ignore = "the other half of f6b_an_interrupt"]
@@ -811,30 +850,48 @@ fn recording_process() {
     else {
         return;
     };
-    let mut board = Board::on_port(port.to_str().unwrap(), 2_000_000).unwrap();
+    let interrupt = Interrupt::on_signals().unwrap();
+    let board = Board::on_port(port.to_str().unwrap(), 2_000_000).unwrap();
+    let mut board = board.ended_by(interrupt);
     board.greet().unwrap();
     let open = |_| Ok(BufWriter::new(File::create(&out)?));
-    let _ = record(&mut board, &robot_config(), open, |_| true);
+    record(&mut board, &robot_config(), open, |_| true).unwrap();
 }
 
 #[test]
 fn f6b_an_interrupt_ends_a_recording_at_once_and_leaves_a_file_that_replays() {
     let (robot, folder) = (Robot::start("interrupt"), Folder::new("interrupt"));
-    for (place, is_away) in [(1, false), (2, true)] {
+    // The last two as in the background of a script: its shell has interrupts ignored.
+    let cases = [
+        (1, "", false),
+        (2, "trap '' INT;", false),
+        (3, "trap '' INT;", true),
+    ];
+    for (place, trap, is_away) in cases {
         let out = folder.part(place);
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "recording_process", "--ignored", "--nocapture"])
+        let script = format!("{trap} exec \"$0\" --exact recording_process --ignored --nocapture");
+        let mut child = Command::new("sh")
+            .args(["-c", &script])
+            .arg(std::env::current_exe().unwrap())
             .env("IPF_PORT", &robot.port)
             .env("IPF_OUT", &out)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        thread::sleep(Duration::from_millis(1500));
+        let start = Instant::now();
+        while fs::metadata(&out).map_or(0, |file| file.len()) < 10_000 {
+            assert!(
+                start.elapsed() < Duration::from_secs(30),
+                "nothing recorded"
+            );
+            thread::sleep(Duration::from_millis(10));
+        }
         if is_away {
             robot.order(Order::Vanish);
             thread::sleep(Duration::from_millis(700));
         }
+        let load = Load::measure();
         let start = Instant::now();
         let signal = ["-INT".to_owned(), child.id().to_string()];
         assert!(
@@ -844,14 +901,18 @@ fn f6b_an_interrupt_ends_a_recording_at_once_and_leaves_a_file_that_replays() {
                 .unwrap()
                 .success()
         );
-        // Where a parent has told all its children to ignore interrupts, it goes on.
         while child.try_wait().unwrap().is_none() && start.elapsed() < Duration::from_secs(5) {
             thread::sleep(Duration::from_millis(5));
         }
         let waited = start.elapsed();
         let _ = child.kill();
-        child.wait().unwrap();
-        assert!(waited < Duration::from_millis(200), "{waited:?}");
+        let status = child.wait().unwrap();
+        let delay = load.longest_delay();
+        assert!(
+            waited < Duration::from_millis(200) + delay,
+            "{waited:?}, of which this machine's {delay:?}"
+        );
+        assert!(status.success(), "{status}: it did not end in order");
         assert!(assert_replays(&out) > 20);
         // At most the frame at the end is cut.
         let refused = log::read(&out).unwrap().refusals;

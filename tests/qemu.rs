@@ -12,7 +12,9 @@ use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;
-use sim_harness::link::{Board, Comparison, QemuOptions, drive, measure_offsets};
+use sim_harness::link::{
+    Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
+};
 use sim_harness::run;
 
 /// A wall on the left, driven along at 80 mm/s with the sensors at 125 Hz.
@@ -61,7 +63,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
     .unwrap();
     let tally = board.tally();
     tally.balance(tally.sent).unwrap();
-    let verdict = comparison.verdict(board.boot(), tally.lost);
+    let verdict = comparison.verdict(board.boot(), &tally);
     assert!(verdict.equal, "{verdict}");
     assert_eq!(verdict.digests, outcome.steps as usize, "{verdict}");
     assert!(verdict.particles > 0, "{verdict}");
@@ -244,4 +246,78 @@ fn f22_without_buses_sensors_and_random_unit_each_is_named_within_a_second() {
     };
     board.greet().unwrap();
     assert_equal_run(&mut board, config, &inputs(50));
+}
+
+/// Not a test: the process that the next test interrupts, when it says so.
+#[test]
+#[ignore = "the other half of an_interrupted_recording"]
+fn recording_process() {
+    let (Some(out), Some(image)) = (std::env::var_os("IPF_OUT"), common::image()) else {
+        return;
+    };
+    let interrupt = Interrupt::on_signals().unwrap();
+    let board = Board::in_qemu(image, &QemuOptions::default()).unwrap();
+    let mut board = board.ended_by(interrupt);
+    board.greet().unwrap();
+    let open = |_| std::fs::File::create(&out);
+    record(&mut board, &Config::default(), open, |_| true).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_recording_leaves_neither_the_emulator_nor_its_files() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    if common::image().is_none() {
+        return;
+    }
+    let folder = std::env::temp_dir().join(format!("ipf-emulator-{}.d", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let out = folder.join("drive.ipf");
+        // Interrupts are ignored at first, as in the background of a script.
+        let script = "trap '' INT; exec \"$0\" --exact recording_process --ignored";
+        let mut child = Command::new("sh")
+            .args(["-c", script])
+            .arg(std::env::current_exe().unwrap())
+            .env("IPF_OUT", &out)
+            .env("TMPDIR", &folder)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let start = Instant::now();
+        while std::fs::metadata(&out).map_or(0, |file| file.len()) < 500 {
+            assert!(
+                start.elapsed() < Duration::from_secs(120),
+                "nothing recorded"
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let id = child.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args([signal, &id])
+                .status()
+                .unwrap()
+                .success()
+        );
+        let status = child.wait().unwrap();
+        assert!(status.success(), "{signal}: {status}");
+        let recording = sim_harness::log::read(&out).unwrap();
+        assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+        std::fs::remove_file(out).unwrap();
+        let left: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
+        assert!(left.is_empty(), "{signal}: {left:?}");
+        // The emulator's arguments name its file in the folder.
+        let Ok(processes) = Command::new("ps").args(["-eo", "args"]).output() else {
+            continue;
+        };
+        let processes = String::from_utf8_lossy(&processes.stdout).into_owned();
+        let place = folder.to_str().unwrap();
+        let emulator = processes.lines().find(|line| line.contains(place));
+        assert_eq!(emulator, None, "{signal}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
 }

@@ -258,6 +258,34 @@ fn f56_an_access_to_nothing_comes_back_with_both_addresses() {
 }
 
 #[test]
+fn f5c_an_interrupt_without_a_handler_comes_back_as_its_number() {
+    // Interrupts CAN1_RX1 and DMA1_STREAM0, and PendSV.
+    for (exception, writes) in [
+        (16 + 21, [(0xe000_e100, 1 << 21), (0xe000_e200, 1 << 21)]),
+        (16 + 11, [(0xe000_e100, 1 << 11), (0xe000_e200, 1 << 11)]),
+        (14, [(0xe000_ed04, 1 << 28); 2]),
+    ] {
+        let Some(mut bench) = Bench::new() else {
+            return;
+        };
+        bench.provoke(|debugger| {
+            // str r1, [r0]; str r3, [r2]; b to itself
+            debugger.write(SCRATCH, &[0x01, 0x60, 0x13, 0x60, 0xfe, 0xe7]);
+            for (register, value) in (0..).zip(writes.into_iter().flat_map(<[u32; 2]>::from)) {
+                debugger.set_register(register, value);
+            }
+            debugger.set_register(PC, SCRATCH);
+        });
+        let record = bench.next_life().0.unwrap();
+        assert_eq!(record.cause, Cause::Panic, "{record:?}");
+        assert_eq!(record.place, "unhandled exception");
+        assert_eq!(record.line, exception);
+        let pc = record.registers.pc;
+        assert!((SCRATCH..SCRATCH + 6).contains(&pc), "{record:?}");
+    }
+}
+
+#[test]
 fn f57_a_stack_that_meets_its_guard_comes_back_as_that() {
     let Some(mut bench) = Bench::new() else {
         return;

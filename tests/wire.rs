@@ -32,7 +32,7 @@ use amiro_ipf::supervision::{
     Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
 };
 use amiro_ipf::wire::{
-    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Outgoing, Received,
+    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Received,
     SCENARIO_CHUNK, Truth, WINDOW, WIRE_VERSION,
 };
 use proptest::prelude::*;
@@ -87,11 +87,7 @@ fn kind(message: &Message) -> &'static str {
 
 /// An encoder whose next frame has the given number.
 fn encoder_at(boot_id: u8, sequence: u16) -> Encoder {
-    let mut encoder = Encoder::new(boot_id);
-    while encoder.sequence() != sequence {
-        encoder.encode(Outgoing::Input(&Input::Hello));
-    }
-    encoder
+    Encoder::numbered_from(boot_id, sequence)
 }
 
 fn encode(frame: &Frame) -> Vec<u8> {
@@ -447,7 +443,17 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let from_host = from_host.chain(truth_since_2);
     let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
-    from_host.chain(from_board).collect()
+    // A session that does not begin at 0.
+    let hello = Message::Input(Input::Hello);
+    let answer = Message::Event(Event::Answer {
+        input: 0x9c41,
+        refused: None,
+    });
+    let session = [
+        ("hello-session", 0xa5, 0x9c41, hello),
+        ("answer-session", 3, 300, answer),
+    ];
+    from_host.chain(from_board).chain(session).collect()
 }
 
 /// The golden frames in a block of the document: name and bytes.
@@ -579,7 +585,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     let board = include_str!("../src/bin/firmware/board/mod.rs");
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
-    let budget = include_str!("../src/bin/firmware/budget.rs");
+    let budget = include_str!("../src/board/budget.rs");
     assert!(budget.contains("const SEND_QUEUE: usize = 256;"));
     assert!(budget.contains("const RESERVE: usize = 24;"));
 }

@@ -13,25 +13,33 @@
 //! buses as they behave on the wire, faults included, for the drivers to run against.
 //! A whole simulated robot ([`robot`]) drives through a world with them: its own senses
 //! give the inputs. What breaks in it, on the line or in a recording is said in the words
-//! of [`faults`].
+//! of [`faults`]. Whatever the program prints goes through [`console`].
 
+mod bounded;
 pub mod bus;
 pub mod calibration;
+pub mod console;
+pub mod datasets;
+pub mod drive;
 mod escape;
 pub mod evaluation;
 pub mod faults;
 pub mod figures;
+pub mod geometry;
 pub mod link;
 pub mod log;
 pub mod mapping;
 pub mod output;
+pub mod pipeline;
 mod quantity;
+pub mod rig;
 pub mod robot;
 mod run;
+pub mod sensors;
 mod survey;
 mod ticks;
 pub mod world;
 
-pub use run::{CAPACITY, RunError, RunOutcome, run};
+pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run};
 pub use survey::{Figures, Survey};
 pub use ticks::{TICK_PERIOD_US, with_ticks};

@@ -1,10 +1,18 @@
 //! Files that are whole: a killed run leaves the old file or the new one, never half.
+//!
+//! What a command wrote before is replaced. Two kinds of files are not: what the command
+//! reads, see [`check`], and the recording of a robot, which cannot be made again.
 
-use std::ffi::OsString;
+use std::error::Error;
 use std::fmt;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::escape::whole_escaped;
+use crate::log::{DECIDING_BYTES, is_of_a_robot};
 
 /// A file that could not be written, and why.
 #[derive(Debug)]
@@ -20,14 +28,14 @@ impl fmt::Display for WriteError {
         write!(
             formatter,
             "cannot write {}: {}",
-            self.path.display(),
+            whole_escaped(self.path.to_string_lossy().chars()),
             self.cause
         )
     }
 }
 
-impl std::error::Error for WriteError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+impl Error for WriteError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
         Some(&self.cause)
     }
 }
@@ -42,14 +50,15 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), WriteError> {
 
 /// Writes a file with what `fill` writes, in place of one that is already there.
 ///
-/// The content goes to a neighbour named `.NAME.PROCESS-COUNT.partial`, which takes the
-/// file's name when it is complete and on the disk; a killed run may leave the
-/// neighbour behind. Links are followed, and what is neither a file nor a folder
-/// (`/dev/stdout`, a pipe) is written to directly, for renaming would replace it.
+/// The content goes to a neighbour named `.ipf-RANDOM.partial`, which takes the file's name
+/// when it is complete and on the disk; a killed run may leave the neighbour behind. Links
+/// are followed, and what is neither a file nor a folder (`/dev/stdout`, a pipe) is written
+/// to directly, for renaming would replace it. A file that is mounted on its own, which no
+/// file can replace, is written in place once the content is complete.
 ///
 /// # Errors
-/// If `fill` fails, or the folder is missing, full or not writable. The old file is then
-/// untouched and the neighbour removed.
+/// If `fill` fails, the folder is missing, full or not writable, or the old file is the
+/// recording of a robot. The old file is then untouched and the neighbour removed.
 pub fn write_with(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -58,6 +67,115 @@ pub fn write_with(
         path: path.to_owned(),
         cause,
     })
+}
+
+/// Checks, before the work, that what a command will write replaces neither what it reads
+/// nor the recording of a robot.
+///
+/// # Errors
+/// The first of `outputs` that would.
+pub fn check(outputs: &[PathBuf], inputs: &[&Path]) -> Result<(), WriteError> {
+    let inputs: Vec<_> = inputs.iter().flat_map(fs::canonicalize).collect();
+    for output in outputs {
+        let cause = match fs::canonicalize(output) {
+            // A device may be read and written.
+            Ok(path) if !path.is_file() => continue,
+            Ok(path) if inputs.contains(&path) => {
+                io::Error::other("this command reads it: write elsewhere")
+            }
+            Ok(path) => match check_replaceable(&path) {
+                Ok(()) => continue,
+                Err(error) => error,
+            },
+            Err(_) => continue,
+        };
+        let path = output.clone();
+        return Err(WriteError { path, cause });
+    }
+    Ok(())
+}
+
+/// Refuses a file that is the recording of a robot.
+fn check_replaceable(path: &Path) -> io::Result<()> {
+    let mut head = Vec::new();
+    File::open(path)?
+        .take(DECIDING_BYTES as u64)
+        .read_to_end(&mut head)?;
+    if is_of_a_robot(&head) {
+        return Err(io::Error::other(
+            "it is the recording of a robot: write elsewhere, or remove it first",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that a file can be created beside `path`, as a new file of its name would be.
+///
+/// # Errors
+/// The folder is missing or not writable.
+pub fn check_folder_of(path: &Path) -> Result<(), WriteError> {
+    create_beside(path)
+        .map(drop)
+        .map_err(|cause| error_of(path, cause))
+}
+
+/// Checks, before the work, that a file can be written; leaves nothing behind.
+///
+/// # Errors
+/// It is a folder, or its folder is missing, none, or not writable.
+pub fn check_file(path: &Path) -> Result<(), WriteError> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(error_of(path, io::ErrorKind::IsADirectory.into())),
+        // What is a device or a pipe shows when it is written to.
+        Ok(found) if !found.is_file() => Ok(()),
+        Ok(_) => {
+            let target = fs::canonicalize(path).map_err(|cause| error_of(path, cause))?;
+            create_beside(&target)
+                .map(drop)
+                .map_err(|cause| error_of(path, cause))
+        }
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => check_folder_of(path),
+        Err(cause) => Err(error_of(path, cause)),
+    }
+}
+
+/// Checks, before the work, that files can be written to a folder, which may have to be
+/// created with those above it; leaves nothing behind.
+///
+/// # Errors
+/// What stands there, or first above it, is no folder or not writable.
+pub fn check_folder(folder: &Path) -> Result<(), WriteError> {
+    let failed = |cause| error_of(folder, cause);
+    for existing in folder.ancestors() {
+        let existing = match existing.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => existing,
+        };
+        match fs::metadata(existing) {
+            Ok(found) if !found.is_dir() => {
+                return Err(failed(io::ErrorKind::NotADirectory.into()));
+            }
+            Ok(_) => return create_in(existing).map(drop).map_err(failed),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(failed(error)),
+        }
+    }
+    Ok(())
+}
+
+/// Creates a folder and those above it, as far as they are missing.
+///
+/// # Errors
+/// What the system reports.
+pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
+    fs::create_dir_all(folder).map_err(|cause| error_of(folder, cause))
+}
+
+fn error_of(path: &Path, cause: io::Error) -> WriteError {
+    WriteError {
+        path: path.to_owned(),
+        cause,
+    }
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -75,7 +193,9 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     if !old.is_file() {
         return fill_up(File::options().write(true).open(path)?, fill).map(drop);
     }
-    rename_into(&fs::canonicalize(path)?, Some(old.permissions()), fill)
+    let path = fs::canonicalize(path)?;
+    check_replaceable(&path)?;
+    rename_into(&path, Some(old.permissions()), fill)
 }
 
 fn rename_into(
@@ -83,19 +203,32 @@ fn rename_into(
     permissions: Option<fs::Permissions>,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let (partial, file) = create_beside(path)?;
-    let done = fill_up(file, fill).and_then(|file| {
-        if let Some(permissions) = permissions {
-            file.set_permissions(permissions)?;
-        }
-        file.sync_all()?;
-        fs::rename(&partial, path)
-    });
-    if done.is_err() {
-        // The first error is the one to tell; a neighbour left behind is harmless.
-        let _ = fs::remove_file(&partial);
+    let (file, partial) = create_beside(path)?.into_parts();
+    let file = fill_up(file, fill)?;
+    if let Some(permissions) = permissions {
+        file.set_permissions(permissions)?;
     }
-    done
+    file.sync_all()?;
+    // The neighbour is removed when it is dropped, whatever ended this.
+    match partial.persist(path) {
+        Ok(()) => Ok(()),
+        Err(failed) if is_mount_point(&failed.error) => copy(&failed.path, path),
+        Err(failed) => Err(failed.error),
+    }
+}
+
+/// Whether a rename failed because a file system is mounted at the name, as containers do
+/// with single files.
+fn is_mount_point(error: &io::Error) -> bool {
+    use io::ErrorKind::{CrossesDevices, ResourceBusy};
+    matches!(error.kind(), CrossesDevices | ResourceBusy)
+}
+
+/// Writes a file into another one in place: not at once, for want of another way.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    let mut target = File::options().write(true).truncate(true).open(to)?;
+    io::copy(&mut File::open(from)?, &mut target)?;
+    target.sync_all()
 }
 
 fn fill_up(file: File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<File> {
@@ -105,23 +238,33 @@ fn fill_up(file: File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> i
 }
 
 /// A new file in the same folder, hence on the same disk, that no other writer uses.
-fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
-    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
-    let process = std::process::id();
-    // Process numbers return, most of all in containers: what a killed run left behind
-    // is passed over, not overwritten, for its writer may be alive elsewhere.
-    for count in 0..1000 {
-        let mut partial = OsString::from(".");
-        partial.push(name);
-        partial.push(format!(".{process}-{count}.partial"));
-        let partial = path.with_file_name(partial);
-        match File::create_new(&partial) {
-            Ok(file) => return Ok((partial, file)),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(error),
-        }
+///
+/// Its name does not hold the name of `path`, which may be as long as a name can be.
+fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
+    path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    create_in(folder.unwrap_or(Path::new(".")))
+}
+
+fn create_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".ipf-").suffix(".partial");
+    // As any new file: the user's mask decides, not the crate.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    if !fs::metadata(folder)?.is_dir() {
+        return Err(io::ErrorKind::NotADirectory.into());
     }
-    Err(io::Error::other("1000 partial files lie beside it"))
+    builder.tempfile_in(folder).map_err(|error| {
+        use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
+        match error.kind() {
+            // The crate adds the neighbour's name, which is nothing to the user.
+            kind @ (PermissionDenied | ReadOnlyFilesystem) => kind.into(),
+            _ => error,
+        }
+    })
 }
 
 #[cfg(test)]
@@ -180,10 +323,62 @@ mod tests {
     fn what_a_killed_run_left_behind_is_passed_over() {
         let folder = folder("killed");
         let path = folder.join("map.pgm");
-        let (partial, _) = create_beside(&path).unwrap();
+        let (_, partial) = create_beside(&path).unwrap().keep().unwrap();
         write(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::read(&partial).unwrap(), b"");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_name_as_long_as_names_can_be_is_written() {
+        let folder = folder("long");
+        for length in [239, 240, 254, 255] {
+            let path = folder.join("n".repeat(length));
+            check_file(&path).unwrap();
+            write(&path, b"new").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"new", "{length} bytes");
+            fs::remove_file(&path).unwrap();
+        }
+        let path = folder.join("n".repeat(256));
+        assert!(check_file(&path).is_err() && write(&path, b"new").is_err());
+        assert!(names(&folder).is_empty());
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_new_file_has_the_mode_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = folder("mode");
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        let (any, path) = (folder.join("any"), folder.join("map.pgm"));
+        fs::write(&any, b"new").unwrap();
+        write(&path, b"new").unwrap();
+        assert_eq!(mode(&path), mode(&any));
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        write(&path, b"newer").unwrap();
+        assert_eq!(mode(&path) & 0o777, 0o640);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_check_finds_what_is_in_the_way_and_leaves_nothing() {
+        let folder = folder("checked");
+        let file = folder.join("file");
+        write(&file, b"old").unwrap();
+        for path in [&folder, &file.join("below"), &folder.join("missing/below")] {
+            assert!(check_file(path).is_err(), "{}", path.display());
+        }
+        for path in [&file, &file.join("below"), &file.join("far/below")] {
+            assert!(check_folder(path).is_err(), "{}", path.display());
+        }
+        check_file(&file).unwrap();
+        check_file(&folder.join("new")).unwrap();
+        check_folder(&folder).unwrap();
+        check_folder(&folder.join("far/below")).unwrap();
+        assert_eq!(names(&folder), ["file"]);
+        assert_eq!(fs::read(&file).unwrap(), b"old");
         fs::remove_dir_all(folder).unwrap();
     }
 

@@ -44,14 +44,37 @@ pub enum RunError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The configuration wants more particles than fit.
-    #[error("{wanted} particles, at most {CAPACITY} fit")]
+    #[error("{wanted} particles, at most {capacity} fit")]
     TooManyParticles {
         /// How many it wants.
         wanted: usize,
+        /// How many fit, on this host or on the board that was asked.
+        capacity: usize,
     },
     /// The node refused the configuration for another reason.
     #[error("configuration refused: {0}")]
     Refused(Fault),
+}
+
+/// Whether the particles of a configuration fit into a set of so many.
+///
+/// # Errors
+/// [`RunError::TooManyParticles`] with both numbers.
+pub fn check_capacity(config: &Config, capacity: usize) -> Result<(), RunError> {
+    let wanted = config.particles();
+    if wanted > capacity {
+        return Err(RunError::TooManyParticles { wanted, capacity });
+    }
+    Ok(())
+}
+
+/// Checks a configuration before the work that [`run`] would do with it.
+///
+/// # Errors
+/// It is not legal or does not fit into [`CAPACITY`].
+pub fn check(config: &Config) -> Result<(), RunError> {
+    config.validate()?;
+    check_capacity(config, CAPACITY)
 }
 
 /// Configures a node, hands it all inputs and hands on all events.
@@ -65,11 +88,7 @@ pub fn run(
     inputs: &[Input],
     mut on_event: impl FnMut(&Event),
 ) -> Result<RunOutcome, RunError> {
-    config.validate()?;
-    let wanted = config.particles();
-    if wanted > CAPACITY {
-        return Err(RunError::TooManyParticles { wanted });
-    }
+    check(config)?;
     let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
     let mut node = Node::new(&mut particles);
     let mut outcome = RunOutcome::default();

@@ -1,16 +1,22 @@
 //! What a run's events add up to: the map, the path, the counts.
 
-use amiro_ipf::event::{Event, StepDone};
+use amiro_ipf::event::{Event, StepBegun, StepDone};
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use serde::Serialize;
 
-use crate::mapping::{CountingMapper, Map, Mapper, Occupancy};
+use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
 /// Collects a run's events, from a host's node or from a board alike.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    mapper: CountingMapper,
+    mapper: FootprintMapper<CountingMapper>,
     poses: Vec<Pose>,
+    /// The poses to which the robot did not drive from the pose before, by index.
+    jumps: Vec<usize>,
+    last_step: Option<StepBegun>,
+    /// Whether the odometry broke off since the last step.
+    is_broken: bool,
     figures: Figures,
 }
 
@@ -33,23 +39,43 @@ pub struct Figures {
     pub degenerate_steps: u64,
     /// Digest of the particle set after the last step.
     pub last_digest: Option<u32>,
-    /// Mean distance between the poses of consecutive steps, metres.
+    /// Mean distance between the poses of consecutive steps, metres, without jumps.
     pub mean_step_m: Option<f64>,
-    /// Length of the path through the steps' poses, metres.
+    /// Length of the path through the steps' poses, metres, without jumps.
     pub path_m: f64,
+    /// Jumps of the path: steps before which the odometry broke off, or that are farther
+    /// from the step before than the robot can have driven.
+    pub jumps: u64,
     /// Occupied cells of the map.
     pub cells_occupied: u64,
     /// Free cells of the map.
     pub cells_free: u64,
+    /// Updates of cells that were refused because the map would exceed its limit; above
+    /// zero, the map is cut.
+    pub cells_refused: u64,
+    /// Radius of the robot's hull, whose footprint is free in the map, metres; `None`
+    /// if the map has no footprint.
+    pub footprint_radius_m: Option<f64>,
 }
 
 impl Survey {
     /// An empty survey with map cells of the given size, metres.
     #[must_use]
     pub fn new(cell_m: f64) -> Self {
+        Self::with_footprint(cell_m, None)
+    }
+
+    /// An empty survey in whose map the footprint of a hull of the given radius, metres,
+    /// is free; without a radius as [`new`](Self::new).
+    #[must_use]
+    pub fn with_footprint(cell_m: f64, hull_radius_m: Option<f64>) -> Self {
+        let mapper = CountingMapper::new(cell_m);
         Self {
-            mapper: CountingMapper::new(cell_m),
+            mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
             poses: Vec::new(),
+            jumps: Vec::new(),
+            last_step: None,
+            is_broken: false,
             figures: Figures::default(),
         }
     }
@@ -58,10 +84,21 @@ impl Survey {
     pub fn take(&mut self, event: &Event) {
         self.mapper.take(event);
         match event {
-            Event::StepBegun(step) => self.poses.push(step.pose),
+            Event::StepBegun(step) => self.begin_step(step),
+            Event::BrokeOff { .. } => self.is_broken = true,
             Event::StepDone(done) => self.figures.add(done),
             _ => {}
         }
+    }
+
+    fn begin_step(&mut self, step: &StepBegun) {
+        let is_jump = |last: &StepBegun| self.is_broken || !is_drivable(last, step);
+        if self.last_step.as_ref().is_some_and(is_jump) {
+            self.jumps.push(self.poses.len());
+        }
+        self.poses.push(step.pose);
+        self.last_step = Some(*step);
+        self.is_broken = false;
     }
 
     /// The robot's pose at each step.
@@ -79,22 +116,36 @@ impl Survey {
             .collect()
     }
 
+    /// The poses to which the robot did not drive from the pose before, by index in
+    /// [`poses`](Self::poses) and [`path`](Self::path), in order.
+    #[must_use]
+    pub fn jumps(&self) -> &[usize] {
+        &self.jumps
+    }
+
     /// The map so far.
     #[must_use]
     pub fn map(&self) -> Map {
         self.mapper.map()
     }
 
+    /// The map so far without the robot's footprint: what the particles gave alone.
+    #[must_use]
+    pub fn counted_map(&self) -> Map {
+        self.mapper.counted().map()
+    }
+
     /// The figures so far.
     #[must_use]
     pub fn figures(&self) -> Figures {
         let path = self.path();
-        let lengths = path
-            .iter()
-            .zip(path.iter().skip(1))
-            .map(|(from, to)| ((to.0 - from.0).powi(2) + (to.1 - from.1).powi(2)).sqrt());
-        let path_m: f64 = lengths.sum();
-        let gaps = path.len().saturating_sub(1);
+        let pairs = (1..).zip(path.iter().zip(path.iter().skip(1)));
+        let driven = pairs.filter(|(index, _)| self.jumps.binary_search(index).is_err());
+        let lengths = driven
+            .map(|(_, (from, to))| ((to.0 - from.0).powi(2) + (to.1 - from.1).powi(2)).sqrt());
+        // Not `sum`, which is -0 over nothing.
+        let path_m = lengths.fold(0.0, |sum, length_m| sum + length_m);
+        let gaps = path.len().saturating_sub(1 + self.jumps.len());
         let map = self.map();
         let count = |wanted: Occupancy| {
             let cells = map.iter().filter(|(_, p)| Occupancy::of(**p) == wanted);
@@ -102,12 +153,26 @@ impl Survey {
         };
         Figures {
             path_m,
+            jumps: self.jumps.len() as u64,
             mean_step_m: (gaps > 0).then(|| path_m / gaps as f64),
             cells_occupied: count(Occupancy::Occupied),
             cells_free: count(Occupancy::Free),
+            cells_refused: map.refused(),
+            footprint_radius_m: self.mapper.hull_radius_m(),
             ..self.figures
         }
     }
+}
+
+/// Whether a robot can have driven from one step to the next in the time between.
+///
+/// Each pose may be predicted over the age that an odometry pose may have at most, so
+/// that both may be off by that much way.
+fn is_drivable(from: &StepBegun, to: &StepBegun) -> bool {
+    let between_us = to.stamp_us.saturating_sub(from.stamp_us);
+    let seconds = 1e-6 * between_us.saturating_add(2 * MAX_AGE_US) as f64;
+    let way = to.pose.position - from.pose.position;
+    f64::from(way.norm()) <= f64::from(MAX_SPEED_M_PER_S) * seconds
 }
 
 impl Figures {
@@ -120,5 +185,73 @@ impl Figures {
         self.departed += u64::from(done.departed);
         self.degenerate_steps += u64::from(done.degenerate);
         self.last_digest = Some(done.digest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use amiro_ipf::event::{ParticleEvent, Particles};
+    use amiro_ipf::filter::Outcome;
+    use amiro_ipf::sensor::{SENSORS, Sample};
+
+    fn step(index: u32, x: f32, y: f32) -> Event {
+        Event::StepBegun(StepBegun {
+            index,
+            stamp_us: 125_000 * u64::from(index),
+            pose: Pose::new(x, y, 0.0),
+            samples: [Sample::Missing; SENSORS],
+        })
+    }
+
+    fn found(index: u32) -> Event {
+        let mut particles = Particles {
+            step: index as u8,
+            ..Particles::default()
+        };
+        let event = ParticleEvent::new((6400, 0), Outcome::SurvivedPastGate);
+        particles.outcomes.push(event).unwrap();
+        Event::Particles(particles)
+    }
+
+    fn figures(events: &[Event]) -> Figures {
+        let mut survey = Survey::new(0.01);
+        events.iter().for_each(|event| survey.take(event));
+        survey.figures()
+    }
+
+    #[test]
+    fn a_jump_of_the_odometry_is_no_way_of_the_robot() {
+        let broke_off = Event::BrokeOff { stamp_us: 0 };
+        let figures = figures(&[
+            step(0, 0.0, 0.0),
+            step(1, 0.01, 0.0),
+            broke_off,
+            step(2, 85.0, 85.0),
+            step(3, 85.01, 85.0),
+        ]);
+        assert!((figures.path_m - 0.02).abs() < 1e-5, "{figures:?}");
+        assert!((figures.mean_step_m.unwrap() - 0.01).abs() < 1e-5);
+        assert_eq!(figures.jumps, 1);
+    }
+
+    #[test]
+    fn a_step_longer_than_a_robot_drives_is_a_jump_though_its_break_was_lost() {
+        let jump = figures(&[step(0, 0.0, 0.0), step(1, 0.6, 0.0)]);
+        assert_eq!((jump.jumps, jump.mean_step_m), (1, None));
+        assert!(jump.path_m.abs() < 1e-12 && jump.path_m.is_sign_positive());
+        // 1 m/s for 125 ms, and two poses that are predicted over 200 ms.
+        let fast = figures(&[step(0, 0.0, 0.0), step(1, 0.5, 0.0)]);
+        assert_eq!(fast.jumps, 0);
+        assert_eq!(figures(&[]).path_m.to_string(), "0");
+    }
+
+    #[test]
+    fn a_map_that_is_cut_counts_the_cells_that_it_refused() {
+        let near = [step(0, 0.0, 0.0), found(0)];
+        assert_eq!(figures(&near).cells_refused, 0);
+        let far = [step(1, 85.0, 85.0), found(1), step(2, 4e30, 0.0), found(2)];
+        let figures = figures(&[&near[..], &far].concat());
+        assert_eq!((figures.cells_refused, figures.cells_occupied), (2, 1));
     }
 }

@@ -21,8 +21,8 @@ pub fn with_ticks(inputs: &[Input], period_us: u64) -> Vec<Input> {
         let due = due_us.unwrap_or(stamp_us);
         if stamp_us >= due {
             ticked.push(Input::Tick { stamp_us });
-            let periods = (stamp_us - due) / period_us.max(1) + 1;
-            due_us = Some(due + periods * period_us.max(1));
+            let periods = ((stamp_us - due) / period_us.max(1)).saturating_add(1);
+            due_us = Some(due.saturating_add(periods.saturating_mul(period_us.max(1))));
         }
     }
     ticked

@@ -9,11 +9,12 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
-use amiro_ipf::event::{Boot, ClockSource, Event, Status};
+use amiro_ipf::driver::{OffsetOrigin, Offsets};
+use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
-use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received, WIRE_VERSION};
+use amiro_ipf::wire::{Decoder, Encoder, Frame, Message, Outgoing, Received, WIRE_VERSION};
 use serialport::{SerialPort, TTYPort};
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
@@ -325,4 +326,688 @@ fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
         assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
         assert!(shown.contains(words), "{command:?}: {shown}");
     }
+}
+
+/// A board that sends statuses once it is configured, or refuses its configuration; it is
+/// reset after each configuration if `is_reset`.
+fn plug_recorded(is_reset: bool, refused: Option<Fault>) -> String {
+    let mut boots = 1;
+    plug(move |input| {
+        let boot_id = boots;
+        let (events, refused) = match input {
+            Some(Input::Hello) => (vec![boot(WIRE_VERSION)], None),
+            Some(Input::Configure(config)) => {
+                boots += u8::from(is_reset);
+                (vec![Event::Configured(*config)], refused)
+            }
+            _ => (vec![Event::Status(Status::default())], None),
+        };
+        Said {
+            boot_id,
+            events,
+            own: None,
+            refused,
+        }
+    })
+}
+
+fn names(folder: &Folder) -> Vec<String> {
+    let mut names: Vec<_> = std::fs::read_dir(&folder.0)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_existing_recording_is_not_truncated_when_the_board_refuses() {
+    let folder = Folder::new("refuses");
+    let out = folder.file("drive.ipf");
+    std::fs::write(&out, "a drive").unwrap();
+    std::fs::write(folder.file("drive.2.ipf"), "its second part").unwrap();
+    // Without --force no board is needed to know it.
+    let output = ipf(&["record", "--on", "/dev/null", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(
+        shown.contains("drive.ipf exists") && shown.contains("--force replaces it"),
+        "{shown}"
+    );
+    assert!(shown.contains("drive.3.ipf is free"), "{shown}");
+    // With it the board has to take its configuration first.
+    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let output = ipf(&["record", "--on", &port, "--force", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("TooManyParticles"), "{shown}");
+    assert_eq!(std::fs::read(&out).unwrap(), b"a drive");
+}
+
+#[test]
+fn a_board_that_refuses_its_configuration_leaves_no_file() {
+    let folder = Folder::new("no-file");
+    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    assert_eq!(output.status.code(), Some(2), "{}", printed(&output));
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_recording_is_replaced_with_force_once_the_board_is_configured() {
+    let folder = Folder::new("force");
+    let out = folder.file("drive.ipf");
+    std::fs::write(&out, "a drive").unwrap();
+    let port = plug_recorded(false, None);
+    let output = ipf(&[
+        "record",
+        "--on",
+        &port,
+        "--force",
+        "--seconds",
+        "1",
+        "--out",
+        &out,
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert_eq!(std::fs::read(&out).unwrap()[0], 0);
+    assert_eq!(names(&folder), ["drive.ipf"]);
+}
+
+#[test]
+fn a_part_that_nobody_named_is_not_overwritten_after_a_reset() {
+    let folder = Folder::new("parts");
+    let second = folder.file("drive.2.ipf");
+    std::fs::write(&second, "another drive").unwrap();
+    let port = plug_recorded(true, None);
+    let out = folder.file("drive.ipf");
+    // A board that is reset in a loop begins no more than a part each second.
+    let output = ipf(&[
+        "record",
+        "--on",
+        &port,
+        "--seconds",
+        "3",
+        "--force",
+        "--out",
+        &out,
+    ]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert_eq!(std::fs::read(&second).unwrap(), b"another drive");
+    assert!(shown.contains("it goes on in "), "{shown}");
+    assert!(Path::new(&folder.file("drive.3.ipf")).exists(), "{shown}");
+    assert!(names(&folder).len() <= 6, "{:?}", names(&folder));
+}
+
+/// Runs `record --seconds 1`; how long it took, and its output.
+fn recorded_for_a_second(port: &str, out: &str) -> (Duration, Output) {
+    let start = std::time::Instant::now();
+    let output = ipf(&["record", "--on", port, "--seconds", "1", "--out", out]);
+    (start.elapsed(), output)
+}
+
+#[test]
+fn a_recording_ends_in_time_when_the_board_sends_readings_only() {
+    let folder = Folder::new("readings");
+    let port = plug(|input| {
+        let events = match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            _ => Vec::new(),
+        };
+        Said {
+            boot_id: 1,
+            events,
+            own: Some(Input::Odometry {
+                stamp_us: 1,
+                pose: amiro_ipf::geometry::Pose::default(),
+            }),
+            refused: None,
+        }
+    });
+    let (took, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert!(took < Duration::from_secs(3), "{took:?}");
+}
+
+/// Puts a board on a pseudo terminal that becomes `noise`, again and again, once it is
+/// configured.
+fn plug_noisy(noise: Vec<u8>) -> String {
+    let (mut master, slave) = TTYPort::pair().unwrap();
+    master.set_timeout(Duration::from_millis(10)).unwrap();
+    let name = slave.name().unwrap();
+    thread::spawn(move || {
+        let _slave = slave;
+        let (mut decoder, mut encoder) = (Decoder::new(), Encoder::new(1));
+        let mut heard = [0; 256];
+        let mut turns_left = u32::MAX;
+        while turns_left > 0 {
+            let count = master.read(&mut heard).unwrap_or(0);
+            for received in heard[..count].iter().filter_map(|byte| decoder.push(*byte)) {
+                let Received::Frame { frame, .. } = received else {
+                    continue;
+                };
+                let answer = Event::Answer {
+                    input: frame.sequence,
+                    refused: None,
+                };
+                let event = match frame.message {
+                    Message::Input(Input::Hello) => boot(WIRE_VERSION),
+                    Message::Input(Input::Configure(config)) => {
+                        turns_left = 3000;
+                        Event::Configured(config)
+                    }
+                    _ => continue,
+                };
+                for event in [event, answer] {
+                    let _ = master.write_all(encoder.encode(Outgoing::Event(&event)));
+                }
+            }
+            if turns_left < u32::MAX {
+                turns_left -= 1;
+                let _ = master.set_timeout(Duration::from_millis(1));
+                let _ = master.write_all(&noise);
+            }
+        }
+    });
+    name
+}
+
+#[test]
+fn a_recording_of_noise_without_zero_bytes_ends_in_time_and_stays_small() {
+    let folder = Folder::new("noise");
+    let out = folder.file("drive.ipf");
+    let port = plug_noisy(vec![0x55; 4000]);
+    let (took, output) = recorded_for_a_second(&port, &out);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(took < Duration::from_secs(3), "{took:?}");
+    let length = std::fs::metadata(&out).unwrap().len();
+    assert!(length < 2000, "{length} bytes of noise were kept");
+}
+
+#[test]
+fn a_recording_of_broken_frames_ends_in_time() {
+    let folder = Folder::new("broken");
+    let port = plug_noisy([0x55, 0x55, 0x55, 0].repeat(1000));
+    let (took, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    assert!(took < Duration::from_secs(3), "{took:?}");
+}
+
+#[test]
+fn record_writes_no_terminal_escape_into_a_pipe() {
+    let folder = Folder::new("escapes");
+    let port = plug_recorded(false, None);
+    let (_, output) = recorded_for_a_second(&port, &folder.file("drive.ipf"));
+    let shown = printed(&output);
+    assert!(
+        !shown.contains(|c: char| c.is_control() && c != '\n'),
+        "{shown:?}"
+    );
+    assert!(
+        shown.contains("the board's mode") || shown.contains("board up"),
+        "{shown}"
+    );
+}
+
+/// Sends a signal to `record` while it records, after a shell has set SIGINT as `trap`
+/// says; its exit code, and what it printed.
+fn interrupted(signal: &str, trap: &str, out: &str) -> (Option<i32>, String) {
+    let port = plug_recorded(false, None);
+    let script = format!("{trap} exec \"$0\" record --on \"$1\" --out \"$2\"");
+    let child = Command::new("sh")
+        .args(["-c", &script, env!("CARGO_BIN_EXE_ipf"), &port, out])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    for _ in 0..1000 {
+        if std::fs::metadata(out).is_ok_and(|file| file.len() > 500) {
+            break;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status().unwrap();
+    assert!(sent.success());
+    let output = child.wait_with_output().unwrap();
+    (output.status.code(), printed(&output))
+}
+
+#[test]
+fn an_interrupted_recording_is_whole_and_its_account_is_printed() {
+    let folder = Folder::new("interrupted");
+    let cases = [("-INT", ""), ("-TERM", ""), ("-INT", "trap '' INT;")];
+    for (number, (signal, trap)) in cases.into_iter().enumerate() {
+        let out = folder.file(&format!("{number}.ipf"));
+        let (code, shown) = interrupted(signal, trap, &out);
+        assert_eq!(code, Some(0), "{signal} {trap}: {shown}");
+        assert!(shown.contains("steps in "), "{signal} {trap}: {shown}");
+        assert!(shown.contains("lost"), "no account of frames: {shown}");
+        let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+        assert!(recording.refusals.is_empty(), "{}", recording.refusals);
+        assert!(recording.events.len() > 3);
+    }
+}
+
+#[test]
+fn a_greeting_that_is_interrupted_leaves_no_file_and_ends_with_130() {
+    let folder = Folder::new("greeting");
+    let port = plug(|_| Said {
+        // No boot: it never introduces itself.
+        boot_id: 1,
+        ..Said::default()
+    });
+    let out = folder.file("drive.ipf");
+    let child = Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(["record", "--on", &port, "--out", &out])
+        .stderr(std::process::Stdio::null())
+        .spawn();
+    let mut child = child.unwrap();
+    thread::sleep(Duration::from_millis(1500));
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn no_command_replaces_the_recording_of_a_robot() {
+    let folder = Folder::new("replaces");
+    let recorded = folder.file("recorded.ipf");
+    let port = plug_recorded(false, None);
+    let (_, output) = recorded_for_a_second(&port, &recorded);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    let ours = std::fs::read(&recorded).unwrap();
+    let amiro = b"PRV 0\tPRV 1\tPRV 2\tPRV 3".to_vec();
+    let (world, drive) = (scenario(), folder.file("drive.ipf"));
+    let simulated = ipf(&["simulate", &world, "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    let (out, file) = (folder.file("out"), folder.file("out/file"));
+    let table = folder.file("table.csv");
+    std::fs::write(&table, "range_mm,angle_deg,counts\n").unwrap();
+    let commands: [(&[&str], &str); 9] = [
+        (&["simulate", &world, "--out", &file], "file"),
+        (&["replay", &drive, "--out", &out], "stream.ipf"),
+        (&["replay", &drive, "--out", &out], "map.pgm"),
+        (&["calibrate", &table, "--out", &out], "fit.csv"),
+        (&["image", "--file", "nowhere", "--out", &file], "file"),
+        (&["image", "--file", "nowhere", "--out", &file], "file.srec"),
+        (&["evaluate", "--seeds", "1..2", "--json", &file], "file"),
+        (&["demo", "--out", &out], "both.png"),
+        (
+            &[
+                "figures", "--out", &out, "--seeds", "1..2", "--only", "figure-1",
+            ],
+            "index.html",
+        ),
+    ];
+    for content in [ours, amiro] {
+        for (command, name) in commands {
+            let _ = std::fs::remove_dir_all(&out);
+            std::fs::create_dir(&out).unwrap();
+            let path = Path::new(&out).join(name);
+            std::fs::write(&path, &content).unwrap();
+            let output = ipf(command);
+            let shown = printed(&output);
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+            assert!(
+                shown.contains(&format!("{name}: it is the recording of a robot")),
+                "{command:?}: {shown}"
+            );
+            assert_eq!(std::fs::read(&path).unwrap(), content, "{command:?}");
+        }
+    }
+    // What can be made again is replaced.
+    for command in [
+        &["simulate", &world, "--out", &drive][..],
+        &["replay", &drive, "--out", &out],
+        &["replay", &drive, "--out", &out],
+    ] {
+        let output = ipf(command);
+        assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    }
+}
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let folder = Folder::new("reads");
+    let (drive, out) = (folder.file("stream.ipf"), folder.file(""));
+    let world = folder.file("world.toml");
+    std::fs::copy(scenario(), &world).unwrap();
+    let table = folder.file("fit.csv");
+    std::fs::write(&table, "range_mm,angle_deg,counts\n").unwrap();
+    let simulated = ipf(&["simulate", &world, "--out", &drive]);
+    assert_eq!(simulated.status.code(), Some(0), "{simulated:?}");
+    // By another name too.
+    let link = folder.file("link.toml");
+    std::os::unix::fs::symlink(&world, &link).unwrap();
+    let commands: [(&[&str], &str); 5] = [
+        (&["replay", &drive, "--alpha", "2", "--out", &out], &drive),
+        (&["simulate", &world, "--out", &world], &world),
+        (&["simulate", &world, "--out", &link], &world),
+        (&["calibrate", &table, "--out", &out], &table),
+        (
+            &["evaluate", "--scenario", &world, "--json", &world],
+            &world,
+        ),
+    ];
+    for (command, path) in commands {
+        let before = std::fs::read(path).unwrap();
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        assert!(
+            shown.contains("this command reads it"),
+            "{command:?}: {shown}"
+        );
+        assert_eq!(std::fs::read(path).unwrap(), before, "{command:?}");
+    }
+}
+
+#[test]
+fn a_file_that_appears_while_the_board_is_configured_is_not_overwritten() {
+    let folder = Folder::new("appears");
+    let out = folder.file("drive.ipf");
+    let path = out.clone();
+    let port = plug(move |input| {
+        let events = match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => {
+                std::fs::write(&path, "another's").unwrap();
+                vec![Event::Configured(*config)]
+            }
+            _ => Vec::new(),
+        };
+        Said {
+            boot_id: 1,
+            events,
+            ..Said::default()
+        }
+    });
+    let output = ipf(&["record", "--on", &port, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("--force replaces it"), "{shown}");
+    assert_eq!(std::fs::read(&out).unwrap(), b"another's");
+}
+
+/// With `IPF_LONG` set, since it takes 100 s.
+#[test]
+fn a_board_that_is_reset_in_a_loop_ends_a_recording_with_6() {
+    if std::env::var_os("IPF_LONG").is_none() {
+        return;
+    }
+    let folder = Folder::new("resets");
+    let port = plug_recorded(true, None);
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(6), "{shown}");
+    assert!(shown.contains("the board was reset 100 times"), "{shown}");
+    assert_eq!(names(&folder).len(), 100);
+}
+
+/// A drive that was recorded as text: 30 rows of 5 mm each along x from every start.
+fn text_drive(path: &str, starts_um: &[(i64, i64)]) {
+    let rows = |(x, y): &(i64, i64)| (0..30).map(|row| (x + 5_000 * row, *y)).collect::<Vec<_>>();
+    text_stations(path, &starts_um.iter().flat_map(rows).collect::<Vec<_>>());
+}
+
+/// A row of text at each place.
+fn text_stations(path: &str, places_um: &[(i64, i64)]) {
+    let mut text = String::from(
+        "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\tX [ym]\tY [ym]\tTheta [yrad]\n",
+    );
+    for (row, (x, y)) in places_um.iter().enumerate() {
+        let noise = row % 3;
+        text += &format!(
+            "{}\t0\t0\t1900\t2200\t4\t19\t{noise}\t{x}\t{y}\t0\n",
+            10 + noise
+        );
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_map_that_is_cut_says_so_in_print_and_in_its_summary() {
+    let folder = Folder::new("cut");
+    let (drive, out) = (folder.file("jump.txt"), folder.file("out"));
+    text_drive(&drive, &[(0, 0), (85_000_000, 85_000_000)]);
+    let output = ipf(&["replay", &drive, "--particles", "100", "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    for words in [
+        "30 steps over 0.2",
+        "THE MAP IS CUT: it holds at most 64000000 cells",
+        "leg 2 of 2",
+        "left:  not mapped",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let figure = |key: &str| summary["figures"][key].as_f64().unwrap();
+    assert!(figure("cells_refused") > 0.0, "{summary}");
+    assert!(
+        figure("path_m") < 0.3 && figure("mean_step_m") < 0.011,
+        "{summary}"
+    );
+}
+
+#[test]
+fn a_series_whose_odometry_does_not_move_is_refused_with_the_command_for_it() {
+    let folder = Folder::new("stepped");
+    let (series, out) = (folder.file("series.txt"), folder.file("out"));
+    let stations: Vec<(i64, i64)> = (0..17).map(|station| (256 * (station % 3), 0)).collect();
+    text_stations(&series, &stations);
+    let output = ipf(&["replay", &series, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    for words in [
+        "series.txt: the odometry does not move: its 17 poses lie within 0.5 mm",
+        "evaluate --recordings",
+        "--fixed",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    assert!(!Path::new(&out).exists(), "nothing is written");
+    // With a step per tick there is a map.
+    let output = ipf(&["replay", &series, "--fixed", "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}
+
+#[test]
+fn offsets_are_no_success_without_a_measurement() {
+    // The board takes the order, and then reports what its memory holds.
+    let stored = OffsetReport {
+        offsets: Offsets {
+            origin: OffsetOrigin::Stored,
+            ..Offsets::default()
+        },
+        is_kept: true,
+        ..OffsetReport::default()
+    };
+    let port = plug(move |input| Said {
+        boot_id: 1,
+        events: match input {
+            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            _ => vec![Event::Offsets(stored)],
+        },
+        ..Said::default()
+    });
+    let output = ipf(&["offsets", "--on", &port]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(1), "{shown}");
+    assert!(shown.contains("no offsets were measured"), "{shown}");
+}
+
+#[test]
+fn a_scenario_from_a_pipe_is_in_its_recording() {
+    let folder = Folder::new("pipe");
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let out = folder.file("drive.ipf");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_ipf"))
+        .args(["simulate", "/dev/stdin", "--out", &out])
+        .stdin(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(text.as_bytes())
+        .unwrap();
+    assert!(child.wait().unwrap().success());
+    let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+    let told = recording.truth.and_then(|truth| truth.scenario).unwrap();
+    assert!(told.ends_with(&text), "{told}");
+}
+
+#[test]
+fn a_scenario_that_cannot_be_is_refused_with_its_file_and_nothing_is_written() {
+    let folder = Folder::new("impossible");
+    let (world, out) = (folder.file("world.toml"), folder.file("drive.ipf"));
+    let text = std::fs::read_to_string(scenario()).unwrap();
+    let inside = "[[cylinder]]\ncenter = [-0.400, 0]\nradius_m = 0.02\n";
+    std::fs::write(&world, text.clone() + inside).unwrap();
+    for command in [
+        &["simulate", &world, "--out", &out][..],
+        &["evaluate", "--scenario", &world, "--seeds", "100..101"],
+    ] {
+        let output = ipf(command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {shown}");
+        let words = "world.toml: start: the robot's centre at [-0.400, 0.000] is inside cylinder 1";
+        assert!(shown.contains(words), "{command:?}: {shown}");
+    }
+    assert!(!Path::new(&out).exists());
+    // On purpose it is driven, and its recording replayed.
+    std::fs::write(
+        &world,
+        "allow = [\"collision\"]\n".to_owned() + &text + inside,
+    )
+    .unwrap();
+    let output = ipf(&["simulate", &world, "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+    let map = folder.file("map");
+    let output = ipf(&["replay", &out, "--particles", "100", "--out", &map]);
+    assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
+}
+
+#[test]
+fn errors_stand_in_two_columns_beside_the_free_map_and_are_defined_where_they_stand() {
+    let folder = Folder::new("errors");
+    let (out, json) = (folder.file("demo"), folder.file("trials.json"));
+    let demo = printed(&ipf(&["demo", "--out", &out]));
+    let evaluate = printed(&ipf(&[
+        "evaluate",
+        "--scenario",
+        "ssso",
+        "--methods",
+        "plus,all-free",
+        "--seeds",
+        "100..101",
+        "--particles",
+        "100",
+        "--json",
+        &json,
+    ]));
+    for shown in [&demo, &evaluate] {
+        for words in [
+            "OE: overall error, ",
+            "Plain OE: ",
+            "TPR, FPR: ",
+            "Recall: ",
+            "Coverage: ",
+        ] {
+            assert!(shown.contains(words), "{words}: {shown}");
+        }
+        let definition = shown.find("OE: overall error, ").unwrap();
+        assert!(definition < shown.find("all-free  ").unwrap(), "{shown}");
+    }
+    assert!(demo.contains("plain OE   1.1 %"), "{demo}");
+    assert!(evaluate.contains("OE % +- std  plain %"), "{evaluate}");
+    let trials = std::fs::read_to_string(&json).unwrap();
+    for key in ["\"oe\":", "\"oe_unexpanded\":"] {
+        assert!(trials.contains(key), "{key}: {trials}");
+    }
+}
+
+#[test]
+fn a_map_with_its_footprint_off_is_the_counted_one() {
+    let folder = Folder::new("footprint");
+    let drive = folder.file("drive.txt");
+    text_drive(&drive, &[(0, 0)]);
+    let map = |footprint: &[&str]| {
+        let out = folder.file("out");
+        let mut command = vec!["replay", drive.as_str(), "--out", out.as_str()];
+        command.extend(footprint);
+        assert_eq!(ipf(&command).status.code(), Some(0));
+        let summary = std::fs::read_to_string(folder.file("out/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let radius = summary["figures"]["footprint_radius_m"].as_f64();
+        (std::fs::read(folder.file("out/map.pgm")).unwrap(), radius)
+    };
+    let (counted, radius) = map(&["--footprint", "off"]);
+    assert_eq!(radius, None);
+    let (by_default, radius) = map(&[]);
+    assert_eq!(radius, Some(0.05));
+    assert!(by_default != counted);
+    // Pinned: the map that this drive had before maps had a footprint.
+    assert_eq!(amiro_ipf::checksum::CRC.checksum(&counted), 849_227_224);
+}
+
+#[test]
+fn a_recording_with_a_lost_particle_frame_replays_as_equal_with_exit_code_4() {
+    let folder = Folder::new("lost-particles");
+    let (drive, out) = (folder.file("drive.ipf"), folder.file("out"));
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/ssso.toml");
+    let arguments = ["simulate", scenario, "--seed", "100", "--out", &drive];
+    assert_eq!(ipf(&arguments).status.code(), Some(0));
+    let arguments = ["replay", &drive, "--particles", "100", "--out", &out];
+    assert_eq!(ipf(&arguments).status.code(), Some(0));
+    let whole = std::fs::read(folder.file("out/stream.ipf")).unwrap();
+    let replayed = |bytes: &[u8]| {
+        let path = folder.file("stream.ipf");
+        std::fs::write(&path, bytes).unwrap();
+        let output = ipf(&["replay", &path, "--out", &folder.file("again")]);
+        (output.status.code(), printed(&output))
+    };
+    let (code, shown) = replayed(&whole);
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains("\nEQUAL: "), "{shown}");
+    // Without one particle frame, and without the end of one step.
+    let without = |is_lost: fn(&Event) -> bool| -> Vec<u8> {
+        let mut lost = 0;
+        let pieces = whole.split_inclusive(|byte| *byte == 0);
+        let kept = pieces.filter(|piece| {
+            let mut bytes = piece.strip_suffix(&[0]).unwrap_or(piece).to_vec();
+            match Frame::decode(&mut bytes).map(|frame| frame.message) {
+                Ok(Message::Event(event)) if is_lost(&event) => {
+                    lost += 1;
+                    lost != 3
+                }
+                _ => true,
+            }
+        });
+        kept.flatten().copied().collect()
+    };
+    let (code, shown) = replayed(&without(|event| matches!(event, Event::Particles(_))));
+    assert_eq!(code, Some(4), "{shown}");
+    assert!(
+        shown.contains("\nEQUAL, 1 particle messages lost: "),
+        "{shown}"
+    );
+    let (code, shown) = replayed(&without(|event| matches!(event, Event::StepDone(_))));
+    assert_eq!(code, Some(1), "{shown}");
+    assert!(shown.contains("\nDIFFERENT at step 2: "), "{shown}");
 }

@@ -171,7 +171,7 @@ impl Senses {
             }
             self.is_owing = true;
             let late_us = now_us - self.next_round_us;
-            self.next_round_us = now_us + ROUND_US - late_us % ROUND_US;
+            self.next_round_us = now_us.saturating_add(ROUND_US - late_us % ROUND_US);
         }
         input
     }

@@ -90,7 +90,7 @@ impl OffsetStore {
             }
             (Work::Write(part), Ok(_)) => Work::Settle {
                 part,
-                ask_us: now_us + LEFT_ALONE_US,
+                ask_us: now_us.saturating_add(LEFT_ALONE_US),
                 asked: 0,
             },
             (Work::Settle { part, .. }, Ok(_)) => match self.writes().nth(part + 1) {
@@ -102,7 +102,7 @@ impl OffsetStore {
             {
                 Work::Settle {
                     part,
-                    ask_us: now_us + ASKED_EVERY_US,
+                    ask_us: now_us.saturating_add(ASKED_EVERY_US),
                     asked: asked + 1,
                 }
             }

@@ -53,7 +53,7 @@ impl Window {
         let low_us = at_us.saturating_sub(since_us);
         Self {
             low_us,
-            high_us: low_us + (self.high_us - self.low_us),
+            high_us: low_us.saturating_add(self.high_us - self.low_us),
         }
     }
 
@@ -61,7 +61,7 @@ impl Window {
     fn aged(self, by_us: u64) -> Option<Self> {
         let aged = Self {
             low_us: self.low_us.saturating_sub(by_us / DRIFT),
-            high_us: self.high_us + by_us / DRIFT,
+            high_us: self.high_us.saturating_add(by_us / DRIFT),
         };
         (aged.high_us - aged.low_us < PERIOD_US).then_some(aged)
     }
@@ -196,7 +196,7 @@ impl UpdateClock {
 
 /// Whole periods in a time, to the nearest.
 fn periods(time_us: u64) -> f32 {
-    ((time_us + PERIOD_US / 2) / PERIOD_US) as f32
+    (time_us.saturating_add(PERIOD_US / 2) / PERIOD_US) as f32
 }
 
 #[cfg(test)]

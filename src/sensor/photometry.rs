@@ -32,7 +32,8 @@ use crate::math;
 pub struct Photometry {
     /// Gain of sensor and surface, counts m^2 (alpha_i alpha_0). More: surfaces lie
     /// farther for the same counts. 0.94 for a matt white cylinder, 1.4 to 2.0 for a
-    /// flat white wall.
+    /// flat white wall, 0.01 for a black one. Legal from 0.001, where a surface at
+    /// 15 mm returns no more than the noise of a sample.
     pub alpha_counts_m2: f32,
     /// Counts that remain when nothing is in range, on the offset-free scale (beta).
     pub beta_counts: f32,
@@ -286,6 +287,30 @@ mod tests {
         };
         assert_eq!(sensor.echo(sensor.beta_counts + 1886.0), None);
         assert_eq!(sensor.read(Sample::Counts(60_000)), Reading::TooClose);
+    }
+
+    #[test]
+    fn the_darkest_and_the_brightest_legal_surface_have_finite_ranges() {
+        for alpha_counts_m2 in [0.001, 0.0099, 100.0] {
+            let sensor = Photometry {
+                alpha_counts_m2,
+                ..SENSOR
+            };
+            for range in [0.01_f32, 0.05, 0.1, 0.19] {
+                let counts = sensor.counts(range, 0.0).unwrap();
+                let echo = sensor.echo(counts).unwrap();
+                // The darkest wall at 0.19 m is 0.03 counts above beta, which is -16.25:
+                // a bit of single precision is 2 in 10^6 there, 6 in 10^5 of the signal.
+                let error = (echo.range_m / range - 1.0).abs();
+                assert!(error < 1e-4, "{alpha_counts_m2}, {range} m: {echo:?}");
+            }
+            for counts in -70_000..=70_000 {
+                if let Reading::Range(echo) = sensor.read(Sample::Counts(counts)) {
+                    assert!(echo.range_m.is_finite() && echo.range_m > 0.0, "{counts}");
+                    assert!(echo.sigma_m.is_finite() && echo.sigma_m > 0.0, "{counts}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -21,7 +21,8 @@ const MAGIC: u32 = 0x6469_6564;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
-    /// The program found itself wrong: place and line say where.
+    /// The program found itself wrong: place and line say where. Or an exception without
+    /// a handler came: the place is `unhandled exception`, the line is its number.
     Panic,
     /// An instruction, an address or a memory access that cannot be: `registers.pc`
     /// says where.
@@ -34,7 +35,7 @@ pub enum Cause {
     Clock,
 }
 
-/// The core's registers at a fault; zeros where they could not be read.
+/// The core's registers at a fault or an exception without a handler; zeros where they could not be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Registers {
@@ -66,9 +67,9 @@ pub struct PostMortem {
     pub uptime_ms: u32,
     /// The end of the source file's name; empty for faults.
     pub place: String<PLACE, u8>,
-    /// The line in it.
+    /// The line in it, or the number of an exception without a handler.
     pub line: u32,
-    /// The core's registers; zeros for panics.
+    /// The core's registers; zeros for a panic of the program.
     pub registers: Registers,
 }
 

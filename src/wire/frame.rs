@@ -125,13 +125,20 @@ pub struct Encoder {
 struct Aligned([u8; MAX_FRAME]);
 
 impl Encoder {
-    /// An encoder for one boot of one sender.
+    /// An encoder for one boot of one sender, whose first frame has number 0.
     #[must_use]
     pub const fn new(boot_id: u8) -> Self {
+        Self::numbered_from(boot_id, 0)
+    }
+
+    /// An encoder whose first frame has the given number: a host begins each session
+    /// with a random one, so that it knows the answers of an earlier session.
+    #[must_use]
+    pub const fn numbered_from(boot_id: u8, sequence: u16) -> Self {
         Self {
             frame: Aligned([0; MAX_FRAME]),
             boot_id,
-            sequence: 0,
+            sequence,
         }
     }
 

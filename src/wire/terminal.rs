@@ -159,8 +159,8 @@ impl<'a, const N: usize> Terminal<'a, N> {
         let _ = self.handle(input, send);
     }
 
-    /// Every host numbers its frames from 0 and greets first: a gap before a greeting
-    /// is the end of another session.
+    /// Every host begins a session with a greeting and a number of its own: a gap before
+    /// a greeting is the end of another session.
     fn count(&mut self, received: &Received) {
         match received {
             Received::Frame { frame, .. } if frame.message == Message::Input(Input::Hello) => {

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 
-use super::can::{Register, Registers};
+use amiro_ipf::board::can::{Register, Registers};
 
 /// What the wire does to frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -26,6 +26,7 @@ pub(crate) fn skip(reason: &str) {
 }
 
 /// The line alone: for what depends on the user, not on the machine.
+#[expect(clippy::disallowed_methods, reason = "past the test runner's capture")]
 pub(crate) fn say_skipped(reason: &str) {
     // Nothing depends on the line being seen.
     let _ = writeln!(std::io::stderr(), "skipped: {reason}");
@@ -56,12 +57,22 @@ pub(crate) fn can_emulate() -> bool {
 /// The image, built once; `None`, said in one line, where it cannot be built or run.
 pub(crate) fn image() -> Option<&'static Image> {
     static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
-    IMAGE
+    built_once(&IMAGE, Layout::Bare)
+}
+
+/// The image for AMiRo's boot loader, built once; `None` as for [`image`].
+pub(crate) fn amiro_image() -> Option<&'static Image> {
+    static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
+    built_once(&IMAGE, Layout::Amiro)
+}
+
+fn built_once(image: &'static OnceLock<Option<Image>>, layout: Layout) -> Option<&'static Image> {
+    image
         .get_or_init(|| {
             if !can_emulate() {
                 return None;
             }
-            let path = build_image(Layout::Bare).unwrap();
+            let path = build_image(layout).unwrap();
             Some(Image::read(&path).unwrap())
         })
         .as_ref()

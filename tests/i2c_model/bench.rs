@@ -10,7 +10,7 @@ use sim_harness::bus::Device;
 
 use super::Unit;
 use super::unit::Wired;
-use crate::i2c::{Master, Progress, Timing};
+use amiro_ipf::board::i2c::{Master, Progress, Timing};
 
 /// The patrol's period.
 pub(crate) const PATROL_NS: u64 = 500_000;

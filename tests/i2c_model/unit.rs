@@ -10,7 +10,7 @@ use std::rc::Rc;
 use amiro_ipf::random::{Generator, uniform_below};
 use sim_harness::bus::Device;
 
-use crate::i2c::{Line, Register, Registers};
+use amiro_ipf::board::i2c::{Line, Register, Registers};
 
 const PE: u16 = 1 << 0;
 const START: u16 = 1 << 8;

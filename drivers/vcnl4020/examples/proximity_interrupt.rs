@@ -39,7 +39,11 @@ pub fn run<I: I2c, P: InputPin>(
     })?;
     loop {
         if interrupt.is_low().unwrap_or(false) {
-            near(sensor.proximity()?);
+            match sensor.proximity() {
+                Ok(counts) => near(counts),
+                Err(Error::NotReady) => {}
+                Err(error) => return Err(error),
+            }
             sensor.clear_interrupts(InterruptStatus::ALL)?;
         }
         delay.delay_ms(16);

@@ -53,7 +53,7 @@ impl Parameter {
     #[must_use]
     pub const fn range(self) -> (f64, f64) {
         match self {
-            Self::Alpha => (0.01, 100.0),
+            Self::Alpha => (0.001, 100.0),
             Self::Beta => (-5000.0, 5000.0),
             Self::Xi => (0.5, 1.45),
             Self::Delta => (-0.01, 0.01),

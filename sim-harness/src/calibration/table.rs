@@ -1,16 +1,24 @@
-//! Measured counts: rows of range, angle, counts and weight from a text with commas.
+//! Measured counts: rows of range, angle, counts and weight from a CSV text.
 //!
 //! The first line that is neither empty nor a `#` comment names the columns, in any
 //! order: `range_m`, `range_cm` or `range_mm`, `angle_deg` or `angle_rad`, `counts`,
-//! and if wanted `weight` (1 without). Other columns are passed over.
+//! and if wanted `weight` (1 without). Other columns are passed over. Every row has as
+//! many values as the header has names. Names and values may stand in quotes.
+//!
+//! Commas separate values, or semicolons where the header has one. Numbers have decimal
+//! points; between semicolons they may have decimal commas instead, in the whole table.
 
-use std::fs;
 use std::path::Path;
 
+use csv::StringRecord;
+
+use crate::bounded::read_at_most;
 use crate::escape::lines_escaped;
 
 /// Longest file, bytes.
 const MAX_BYTES: u64 = 16 << 20;
+/// Longest line, bytes.
+const MAX_LINE: usize = 64 << 10;
 /// Largest range, metres.
 const MAX_RANGE_M: f64 = 2.0;
 /// Largest counts: the 16-bit register, and as much below.
@@ -58,6 +66,22 @@ pub enum TableProblem {
     /// No header, or one that lacks a column or names it twice.
     #[error("the header {0}")]
     Header(String),
+    /// A line is longer than any measurement.
+    #[error("longer than 64 KiB")]
+    LongLine,
+    /// A row has more or fewer values than the header has names.
+    #[error("{found} values, but the header names {wanted} columns{hint}")]
+    FieldCount {
+        /// Values of the row.
+        found: usize,
+        /// Names of the header.
+        wanted: usize,
+        /// What may be the reason; empty if nothing is known.
+        hint: &'static str,
+    },
+    /// A number with a decimal point in a table that has decimal commas.
+    #[error("a decimal point in '{0}', but the table has decimal commas too")]
+    MixedDecimals(String),
     /// A row lacks a column's value.
     #[error("no {0}")]
     NoValue(&'static str),
@@ -103,6 +127,8 @@ struct Column {
 /// Where a row's values stand.
 #[derive(Clone, Copy, Debug)]
 struct Columns {
+    /// How many names the header has.
+    count: usize,
     range: Column,
     angle: Column,
     counts: Column,
@@ -116,13 +142,7 @@ impl Table {
     /// As for [`parse`](Self::parse), or the file could not be read.
     pub fn load(path: &Path) -> Result<Self, TableError> {
         let read = |said: String| TableProblem::Read(said).anywhere();
-        let size = fs::metadata(path)
-            .map_err(|error| read(error.to_string()))?
-            .len();
-        if size > MAX_BYTES {
-            return Err(read(format!("{size} bytes, at most {MAX_BYTES}")));
-        }
-        let bytes = fs::read(path).map_err(|error| read(error.to_string()))?;
+        let bytes = read_at_most(path, MAX_BYTES).map_err(|error| read(error.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|error| read(error.to_string()))?;
         Self::parse(&text)
     }
@@ -134,18 +154,46 @@ impl Table {
     /// passed over.
     pub fn parse(text: &str) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines = (1..)
+        if let Some((line, _)) = (1..)
             .zip(text.lines())
-            .map(|(line, text)| (line, text.split('#').next().unwrap_or_default().trim()))
-            .filter(|(_, text)| !text.is_empty());
-        let Some((line, header)) = lines.next() else {
+            .find(|(_, text)| text.len() > MAX_LINE)
+        {
+            return Err(TableProblem::LongLine.at(line));
+        }
+        // Without empty lines, so that a record's line is the place of its own line here.
+        let (numbers, lines): (Vec<usize>, Vec<&str>) = (1..)
+            .zip(text.lines())
+            .map(|(line, text)| (line, uncommented(text).trim()))
+            .filter(|(_, text)| !text.is_empty())
+            .unzip();
+        let separator = match lines.first() {
+            Some(header) if header.contains(';') => b';',
+            Some(_) => b',',
+            None => return Err(TableProblem::Empty.anywhere()),
+        };
+        let records = records(&lines.join("\n"), separator);
+        let mut records = records.into_iter().map(|(place, record)| {
+            let line = place.checked_sub(1).and_then(|place| numbers.get(place));
+            let line = line.copied().unwrap_or(place);
+            (line, record)
+        });
+        let Some((line, header)) = records.next() else {
             return Err(TableProblem::Empty.anywhere());
         };
-        let columns = Columns::named_by(header).map_err(|problem| problem.at(line))?;
-        let rows: Result<Vec<_>, _> = lines
-            .map(|(line, text)| columns.row(text).map_err(|problem| problem.at(line)))
-            .collect();
-        let rows = rows?;
+        let columns = Columns::named_by(&header).map_err(|problem| problem.at(line))?;
+        let rows: Vec<(usize, StringRecord)> = records.collect();
+        let has_commas = separator == b';'
+            && rows
+                .iter()
+                .any(|(_, row)| columns.numbers(row).any(|number| number.contains(',')));
+        let rows: Vec<_> = rows
+            .iter()
+            .map(|(line, row)| {
+                columns
+                    .row(row, separator, has_commas)
+                    .map_err(|problem| problem.at(*line))
+            })
+            .collect::<Result<_, _>>()?;
         if rows.is_empty() {
             return Err(TableProblem::Empty.anywhere());
         }
@@ -160,8 +208,8 @@ impl Table {
 }
 
 impl Columns {
-    fn named_by(header: &str) -> Result<Self, TableProblem> {
-        let names: Vec<String> = header.split(',').map(unquoted).collect();
+    fn named_by(header: &StringRecord) -> Result<Self, TableProblem> {
+        let names: Vec<String> = header.iter().map(|it| bare(it).to_lowercase()).collect();
         let among = |wanted: &[(&'static str, f64)]| {
             let mut found = None;
             for (place, name) in names.iter().enumerate() {
@@ -177,12 +225,14 @@ impl Columns {
         };
         let needed = |wanted: &[(&'static str, f64)]| {
             let missing = || {
-                let names: Vec<_> = wanted.iter().map(|(name, _)| *name).collect();
-                TableProblem::Header(format!("'{header}' names no {}", names.join(" or ")))
+                let known: Vec<_> = wanted.iter().map(|(name, _)| *name).collect();
+                let (names, known) = (names.join(","), known.join(" or "));
+                TableProblem::Header(format!("'{names}' names no {known}"))
             };
             among(wanted)?.ok_or_else(missing)
         };
         Ok(Self {
+            count: names.len(),
             range: needed(&[("range_m", 1.0), ("range_cm", 0.01), ("range_mm", 0.001)])?,
             angle: needed(&[
                 ("angle_deg", core::f64::consts::PI / 180.0),
@@ -193,19 +243,56 @@ impl Columns {
         })
     }
 
-    fn row(&self, text: &str) -> Result<Measurement, TableProblem> {
-        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+    /// A row's values that are numbers, as they are written.
+    fn numbers<'r>(&self, row: &'r StringRecord) -> impl Iterator<Item = &'r str> {
+        [
+            Some(self.range),
+            Some(self.angle),
+            Some(self.counts),
+            self.weight,
+        ]
+        .into_iter()
+        .flatten()
+        .filter_map(|column| row.get(column.place))
+    }
+
+    fn row(
+        &self,
+        row: &StringRecord,
+        separator: u8,
+        has_commas: bool,
+    ) -> Result<Measurement, TableProblem> {
+        if row.len() != self.count {
+            return Err(TableProblem::FieldCount {
+                found: row.len(),
+                wanted: self.count,
+                hint: if row.len() > self.count && separator == b',' {
+                    ": decimal commas need semicolons between the values"
+                } else {
+                    ""
+                },
+            });
+        }
+        if has_commas && let Some(number) = self.numbers(row).find(|it| it.contains('.')) {
+            return Err(TableProblem::MixedDecimals(number.to_owned()));
+        }
         let value = |column: Column, wanted, is_legal: &dyn Fn(f64) -> bool| {
-            let field = fields
+            let field = row
                 .get(column.place)
+                .map(bare)
                 .filter(|field| !field.is_empty())
                 .ok_or(TableProblem::NoValue(column.name))?;
-            let number = field.parse().ok().map(|number: f64| number * column.unit);
+            let number = if has_commas {
+                field.replace(',', ".").parse()
+            } else {
+                field.parse()
+            };
+            let number = number.ok().map(|number: f64| number * column.unit);
             number
                 .filter(|number| is_legal(*number))
                 .ok_or_else(|| TableProblem::Value {
                     column: column.name,
-                    value: (*field).to_owned(),
+                    value: field.to_owned(),
                     wanted,
                 })
         };
@@ -226,8 +313,42 @@ impl Columns {
     }
 }
 
-fn unquoted(name: &str) -> String {
-    name.trim().trim_matches('"').to_lowercase()
+/// A text's records, each with the line that it begins on, from 1.
+fn records(text: &str, separator: u8) -> Vec<(usize, StringRecord)> {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .has_headers(false)
+        // Rows of another length are refused with a message of their own.
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut records = Vec::new();
+    let mut record = StringRecord::new();
+    // A text in memory is read without errors.
+    while reader.read_record(&mut record).unwrap_or(false) {
+        let line = record.position().map_or(0, csv::Position::line);
+        records.push((usize::try_from(line).unwrap_or(0), record.clone()));
+    }
+    records
+}
+
+/// A line up to its comment; a `#` in quotes begins none.
+fn uncommented(line: &str) -> &str {
+    let mut is_quoted = false;
+    for (place, letter) in line.char_indices() {
+        match letter {
+            '"' => is_quoted = !is_quoted,
+            '#' if !is_quoted => return line.get(..place).unwrap_or(line),
+            _ => {}
+        }
+    }
+    line
+}
+
+/// A value without the blanks and quotes around it; the reader leaves quotes that stand
+/// behind a blank.
+fn bare(field: &str) -> &str {
+    field.trim().trim_matches('"').trim()
 }
 
 #[cfg(test)]
@@ -272,7 +393,15 @@ mod tests {
                 "range_m,range_mm,angle_deg,counts\n".to_owned(),
                 "line 1: the header names range_mm a second time",
             ),
-            (format!("{head}0.1,0\n"), "line 2: no counts"),
+            (
+                format!("{head}0.1,0\n"),
+                "line 2: 2 values, but the header names 3 columns",
+            ),
+            (
+                format!("{head}\n# one\n0.1,0,5\n0.1,0,5,7\n"),
+                "line 5: 4 values, but the header names 3 columns: \
+                 decimal commas need semicolons between the values",
+            ),
             (format!("{head}\n0.1,,5\n"), "line 3: no angle_deg"),
             (
                 format!("{head}0.1,0,NaN\n"),
@@ -294,6 +423,81 @@ mod tests {
             let error = Table::parse(&text).unwrap_err();
             assert_eq!(error.to_string(), said, "{text:?}");
         }
+    }
+
+    /// A row's range in centimetres and its counts.
+    fn read(text: &str) -> Result<Vec<(f64, f64)>, String> {
+        let table = Table::parse(text).map_err(|error| error.to_string())?;
+        let rounded = |number: f64| (number * 1e6).round() / 1e6;
+        let rows = table.rows().iter();
+        Ok(rows
+            .map(|row| (rounded(row.range_m * 100.0), row.counts))
+            .collect())
+    }
+
+    #[test]
+    fn decimal_commas_between_commas_are_refused_with_their_line() {
+        for text in [
+            "range_cm,angle_deg,counts\n5,5,0,361\n6,5,0,240\n",
+            "counts,range_cm,angle_deg\n361,5,5,0\n240,6,5,0\n",
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.starts_with("line 2: 4 values"), "{error}");
+            assert!(error.contains("semicolons"), "{error}");
+        }
+        let quoted = read("range_cm,angle_deg,counts\n\"5,5\",0,361\n").unwrap_err();
+        assert!(quoted.starts_with("line 2: range_cm is '5,5'"), "{quoted}");
+    }
+
+    #[test]
+    fn decimal_commas_between_semicolons_are_decimal_points() {
+        let rows = Ok(vec![(5.5, 361.0), (6.5, 240.25)]);
+        let text = "range_cm;angle_deg;counts\r\n5,5;0;361\r\n6,5;0;240,25\r\n";
+        assert_eq!(read(text), rows);
+        assert_eq!(read(&text.replace(',', ".")), rows);
+        let error = read(&text.replace("240,25", "240.25")).unwrap_err();
+        assert_eq!(
+            error,
+            "line 3: a decimal point in '240.25', but the table has decimal commas too"
+        );
+        let error = read(&text.replace("240,25", "1,240,25")).unwrap_err();
+        assert!(error.starts_with("line 3: counts is '1,240,25'"), "{error}");
+    }
+
+    #[test]
+    fn quotes_blanks_and_marks_around_values_change_nothing() {
+        let rows = Ok(vec![(5.5, 361.0), (6.5, 240.0)]);
+        for text in [
+            "\"range_cm\",\"angle_deg\",\"counts\"\n\"5.5\",\"0\",\"361\"\n\"6.5\",\"0\",\"240\"\n",
+            "range_cm, angle_deg, counts\n5.5, 0, 361\n  6.5,\t0, 240  \n",
+            "\u{feff}range_cm, \"angle_deg\", \"counts\"\r\n\r\n5.5, \"0\", \"361\"\r\n6.5,0,240",
+            "set,range_cm,angle_deg,counts\n\"a, #1\",5.5,0,361\nb,6.5,0,240 # by eye\n",
+        ] {
+            assert_eq!(read(text), rows, "{text:?}");
+        }
+        let error = read("set,range_cm,angle_deg,counts\n\"a,5.5,0,361\nb,6.5,0,240\n");
+        assert_eq!(
+            error.unwrap_err(),
+            "line 2: 1 values, but the header names 4 columns",
+            "a quote that is never closed"
+        );
+    }
+
+    #[test]
+    fn a_line_beyond_64_kib_is_refused_with_its_number() {
+        let long = "5".repeat(MAX_LINE + 1);
+        let text = format!("range_m,angle_deg,counts\n0.1,0,5\n{long}\n");
+        assert_eq!(read(&text).unwrap_err(), "line 3: longer than 64 KiB");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_endless_file_is_given_up() {
+        let error = Table::load(Path::new("/dev/zero")).unwrap_err();
+        assert!(
+            error.to_string().contains("more than 16777216 bytes"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use amiro_ipf::can::CanState;
 use amiro_ipf::event::Status;
 use amiro_ipf::health::{BusState, Health};
+use sim_harness::console;
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
 pub(super) fn ailments(health: &Health) -> String {
@@ -66,13 +67,16 @@ pub(super) fn status_counters(status: &Status) -> Vec<(String, u32)> {
 
 /// Prints counters in a line; none if there are none.
 pub(super) fn report_counters(counters: &[(String, u32)]) {
+    counters_in_words(counters).iter().for_each(console::print);
+}
+
+/// Counters in a line; `None` if there are none.
+pub(super) fn counters_in_words(counters: &[(String, u32)]) -> Option<String> {
     let all: Vec<String> = counters
         .iter()
         .map(|(name, count)| format!("{name} {count}"))
         .collect();
-    if !all.is_empty() {
-        println!("at the end: {}", all.join(", "));
-    }
+    (!all.is_empty()).then(|| format!("at the end: {}", all.join(", ")))
 }
 
 #[cfg(test)]

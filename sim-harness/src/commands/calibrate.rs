@@ -4,36 +4,43 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::calibration::{Fixed, Table, fit};
+use sim_harness::console;
 use sim_harness::figures::fit_picture;
 use sim_harness::output;
 
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, arguments};
 
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub(super) struct Calibrate {
-    /// The table: values between commas under a header that names range_m (or range_cm,
-    /// range_mm), angle_deg (or angle_rad), counts, and weight if wanted.
+    /// The table: CSV under a header that names range_m (or range_cm, range_mm),
+    /// angle_deg (or angle_rad), counts, and weight if wanted. Commas between the
+    /// values, or semicolons: then the numbers may have decimal commas.
     table: PathBuf,
     /// A parameter that is known already: alpha, beta, xi, delta or sigma.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     fix: Vec<String>,
     /// Folder for `fit.png`, `fit.csv` and `photometry.json`.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
 
 impl Calibrate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        let fixed = Fixed::parse(self.fix.iter().map(String::as_str))?;
+        if let Some(folder) = &self.out {
+            let outputs = ["fit.png", "fit.csv", "photometry.json"].map(|name| folder.join(name));
+            arguments::check_folder("--out", folder)?;
+            output::check(&outputs, &[&self.table])?;
+        }
+        let fixed = Fixed::parse(self.fix.iter().map(String::as_str))
+            .map_err(|error| format!("--fix: {error}"))?;
         let named = |error: &dyn std::error::Error| format!("{}: {error}", self.table.display());
         let table = Table::load(&self.table).map_err(|error| named(&error))?;
         let fit = fit(&table, &fixed).map_err(|error| named(&error))?;
         let json = serde_json::to_string_pretty(&fit)?;
-        println!("{fit}\n{}\n{}\n\n{json}", fit.residuals(), fit.rust());
         if let Some(folder) = &self.out {
-            std::fs::create_dir_all(folder)?;
+            output::create_folder(folder)?;
             fit_picture(&fit).save_png(&folder.join("fit.png"))?;
             output::write(&folder.join("fit.csv"), fit.csv().as_bytes())?;
             output::write(
@@ -41,6 +48,11 @@ impl Calibrate {
                 format!("{json}\n").as_bytes(),
             )?;
         }
+        console::print_text(format_args!(
+            "{fit}\n{}\n{}\n\n{json}",
+            fit.residuals(),
+            fit.rust()
+        ));
         Ok(Ending::Good)
     }
 }

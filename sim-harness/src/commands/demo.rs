@@ -5,13 +5,17 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
-use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::console;
+use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::figures::{Picture, Window, beside};
+use sim_harness::mapping::{AllFreeMapper, Mapper};
+use sim_harness::output;
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{Survey, run};
 
-use super::report;
+use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome};
+use super::{arguments, report};
 
 /// The drive-by, in the program itself: the demo needs no file.
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
@@ -20,29 +24,33 @@ const MSOD: &str = include_str!("../../../scenarios/msod.toml");
 #[derive(Debug, Args)]
 pub(super) struct Demo {
     /// Seed of the sensors' noise and of the filter.
-    #[arg(long, default_value_t = 100, value_name = "N")]
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = arguments::seed)]
     seed: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where the pictures go.
-    #[arg(long, default_value = "out/demo", value_name = "DIR")]
+    #[arg(long, default_value = "out/demo", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
 }
 
 impl Demo {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        arguments::check_folder("--out", &self.out)?;
         let scenario = Scenario::parse(MSOD)?;
-        println!("{}", scenario.about);
-        println!(
-            "Simulated, seed {}, 1000 particles for each of eight sensors.",
-            self.seed
-        );
-        println!();
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
         let mut surveys = Vec::new();
+        let mut report = Vec::new();
         for (name, profile) in profiles {
             let (survey, scores) = self.map(&scenario, profile)?;
-            println!("{name:>6}  {scores}");
+            report.push(format!("{name:>8}  {scores}"));
             surveys.push((name, survey));
+        }
+        if let Some((_, survey)) = surveys.first() {
+            let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+            let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
+            report.push(format!("{:>8}  {scores}", "all-free"));
         }
         // One window for both, so that the pictures lie side by side at one scale.
         let window = surveys
@@ -53,14 +61,26 @@ impl Demo {
         for (name, survey) in &surveys {
             let picture = report::picture(survey, name, Some(&scenario), window);
             let folder = self.out.join(name);
-            std::fs::create_dir_all(&folder)?;
+            output::create_folder(&folder)?;
             report::save_map(survey, &picture, &folder)?;
             pictures.push(picture);
         }
         let both = self.out.join("both.png");
         beside(&pictures).save_png(&both)?;
-        println!();
-        println!("Truth in red, path in blue: {}", both.display());
+        console::print(&scenario.about);
+        console::print(format_args!(
+            "Simulated, seed {}, 1000 particles for each of eight sensors.",
+            self.seed
+        ));
+        console::print("");
+        console::print_text(SCORES_IN_WORDS);
+        console::print("");
+        report.iter().for_each(console::print);
+        console::print("");
+        console::print(format_args!(
+            "Truth in red, path in blue: {}",
+            both.display()
+        ));
         Ok(Ending::Good)
     }
 
@@ -73,7 +93,7 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::new(scenario.cell_m);
+        let mut survey = Survey::with_footprint(scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

@@ -4,11 +4,15 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::time::Instant;
 
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
+use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
     Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
@@ -17,14 +21,16 @@ use sim_harness::evaluation::{
 use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
+use sim_harness::{RunError, check};
 
-use super::{Ending, Outcome};
+use super::footprint::FootprintSwitch;
+use super::{Ending, Outcome, arguments};
 use super::{evaluate_report, evaluate_robot};
 
 /// Fewest seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
-/// Most drives, so that a slip of the keyboard ends at once and not tomorrow.
-const MAX_DRIVES: u64 = 100_000;
+/// Most threads: a process may have some thousands, and more than processors are no gain.
+const MAX_THREADS: i64 = 256;
 
 /// Arguments of `evaluate`.
 #[derive(Debug, Args)]
@@ -38,35 +44,79 @@ pub(super) struct Evaluate {
         value_name = "METHODS",
         value_delimiter = ',',
         default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
-                         ism-standard-object,ism-tuned-dropped,ism-tuned-object"
+                         ism-standard-object,ism-tuned-dropped,ism-tuned-object,\
+                         all-free",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
-    #[arg(long, value_name = "A..B", default_value = "100..120", value_parser = seeds)]
+    #[arg(
+        long,
+        value_name = "A..B",
+        default_value = "100..120",
+        value_parser = arguments::seeds,
+        allow_hyphen_values = true,
+        conflicts_with = "recordings"
+    )]
     seeds: Range<u64>,
     /// Particles for each sensor in use.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        conflicts_with_all = ["recordings", "stamps"]
+    )]
     particles: u16,
     /// How returns make a signal: matched (the strongest one, by the filter's own law)
     /// or patch (all that is seen, by Lambert's law).
-    #[arg(long, default_value_t, value_name = "PHYSICS")]
+    #[arg(
+        long,
+        default_value_t,
+        value_name = "PHYSICS",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
     physics: Physics,
     /// What the robot is told of its motion: truth, wheel-errors, or amiro (as on its
     /// bus, held against exact poses and against no prediction).
-    #[arg(long, default_value_t, value_name = "ODOMETRY")]
+    #[arg(
+        long,
+        default_value_t,
+        value_name = "ODOMETRY",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
     odometry: Odometry,
     /// Gain that filters and ISM believe in, counts m^2.
-    #[arg(long, value_name = "A", conflicts_with = "calibrate")]
+    #[arg(
+        long,
+        value_name = "A",
+        conflicts_with_all = ["calibrate", "recordings", "sensor_faults", "stamps"]
+    )]
     alpha: Option<f32>,
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["recordings", "sensor_faults", "stamps"])]
     calibrate: bool,
-    /// Threads; 0 for one a processor. The figures do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    /// Whether cells of every map whose centre has been under the robot's hull are free;
+    /// not so in the paper.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = FootprintSwitch::Off,
+        value_name = "on|off",
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    footprint: FootprintSwitch,
+    /// Threads; 0 for one per processor. The figures do not depend on it.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u16).range(0..=MAX_THREADS),
+        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+    )]
+    threads: u16,
     /// Judge recorded drives along walls of known place instead: the folder of the
     /// AMiRo's stepped series.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "check"])]
+    #[arg(long, value_name = "DIR", value_parser = arguments::path(), conflicts_with_all = ["scenario", "check"])]
     recordings: Option<PathBuf>,
     /// Judge what a broken sensor costs a simulated robot instead: in the scenarios of
     /// several sensors, exit code 1 if too much.
@@ -78,7 +128,9 @@ pub(super) struct Evaluate {
         long,
         value_name = "SHARE",
         default_value_t = 0.5,
-        requires = "sensor_faults"
+        value_parser = arguments::share,
+        requires = "sensor_faults",
+        conflicts_with_all = ["recordings", "stamps"]
     )]
     breaks_at: f64,
     /// Print what it costs a simulated robot that its odometry's frames do not say when
@@ -86,7 +138,7 @@ pub(super) struct Evaluate {
     #[arg(long, conflicts_with_all = ["recordings", "check", "json"])]
     stamps: bool,
     /// Where the figures of every drive go.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     json: Option<PathBuf>,
     /// End with exit code 1 if a claim or a threshold does not hold.
     #[arg(long)]
@@ -96,6 +148,11 @@ pub(super) struct Evaluate {
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(json) = &self.json {
+            arguments::check_file("--json", json)?;
+            let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
+            output::check(slice::from_ref(json), &scenarios)?;
+        }
         if let Some(folder) = &self.recordings {
             return self.judge_recordings(folder);
         }
@@ -107,25 +164,27 @@ impl Evaluate {
         let trials = comparison.run()?;
         let claims = verdicts(&paper_claims(), &trials);
         let bounds = verdicts(&self.bounds(), &trials);
+        if let Some(path) = &self.json {
+            output::write(path, json(&trials)?.as_bytes())?;
+        }
         evaluate_report::world(&comparison);
         evaluate_report::tables(&comparison, &trials);
         evaluate_report::paired(&comparison, &trials);
         evaluate_report::verdicts("Claims of the paper", &claims);
         evaluate_report::verdicts("Thresholds", &bounds);
         if self.seeds.end - self.seeds.start < ENOUGH_SEEDS {
-            println!("Thresholds are made for means over {ENOUGH_SEEDS} seeds or more.");
+            console::print(format_args!(
+                "Thresholds are made for means over {ENOUGH_SEEDS} seeds or more."
+            ));
         }
         evaluate_report::not_reproduced(&trials);
         let is_odometry_good = self.judge_odometry(&comparison, &trials)?;
-        if let Some(path) = &self.json {
-            output::write(path, json(&trials)?.as_bytes())?;
-        }
-        println!(
+        console::print(format_args!(
             "{} drives, {} maps, {:.1} s",
             comparison.scenarios.len() as u64 * (self.seeds.end - self.seeds.start),
             trials.len(),
             begun.elapsed().as_secs_f64()
-        );
+        ));
         if !self.check {
             return Ok(Ending::Good);
         }
@@ -143,19 +202,28 @@ impl Evaluate {
     /// The stepped series beside walls whose place is known.
     fn judge_recordings(&self, folder: &Path) -> Outcome {
         let report = recorded_walls(folder)?;
-        println!("{report}");
         if let Some(path) = &self.json {
             let mut json = serde_json::to_string_pretty(&report)?;
             json.push('\n');
             output::write(path, json.as_bytes())?;
         }
+        console::print_text(report);
         Ok(Ending::Good)
     }
 
     /// A simulated robot, by the seeds that were asked for.
     fn judge_robot(&self) -> Outcome {
         let mut scenarios = self.scenarios()?;
-        scenarios.retain(|scenario| scenario.ring().1.len() > 1);
+        let has_one_sensor = |scenario: &Scenario| scenario.ring().1.len() < 2;
+        if let Some(scenario) = scenarios.iter().find(|scenario| has_one_sensor(scenario))
+            && !self.scenario.is_empty()
+        {
+            let name = &scenario.name;
+            return Err(format!("--scenario {name}: of a robot with one sensor").into());
+        }
+        scenarios.retain(|scenario| !has_one_sensor(scenario));
+        arguments::check_drives(scenarios.len(), &self.seeds)?;
+        self.check_configs(&scenarios, None)?;
         let seeds = self.seeds.clone();
         if self.stamps {
             return evaluate_robot::stamps(&StampTrials { scenarios, seeds });
@@ -163,7 +231,7 @@ impl Evaluate {
         evaluate_robot::sensor_faults(&SensorFaultTrials {
             scenarios,
             seeds,
-            breaks_at: self.breaks_at.clamp(0.0, 1.0),
+            breaks_at: self.breaks_at,
             particles_per_sensor: self.particles,
         })
     }
@@ -208,18 +276,15 @@ impl Evaluate {
                 methods.push(*method);
             }
         }
-        let scenarios = self.scenarios()?;
-        let drives = scenarios.len() as u64;
-        let seeds = self.seeds.end - self.seeds.start;
-        if drives.saturating_mul(seeds) > MAX_DRIVES {
-            return Err(format!("{seeds} seeds: at most {MAX_DRIVES} drives in all").into());
-        }
         let options = Options {
             physics: self.physics,
             odometry: self.odometry,
             ..Options::default()
         };
-        options.validate()?;
+        options.validate().map_err(|error| format!("--{error}"))?;
+        let scenarios = self.scenarios()?;
+        arguments::check_drives(scenarios.len(), &self.seeds)?;
+        self.check_configs(&scenarios, self.alpha)?;
         Ok(Comparison {
             scenarios,
             methods,
@@ -231,8 +296,31 @@ impl Evaluate {
             } else {
                 self.alpha
             },
-            threads: self.threads,
+            footprint: self.footprint == FootprintSwitch::On,
+            threads: usize::from(self.threads),
         })
+    }
+
+    /// Checks, before the first drive, what every filter will be configured with.
+    fn check_configs(&self, scenarios: &[Scenario], alpha: Option<f32>) -> Result<(), String> {
+        for scenario in scenarios {
+            let mut config = Config {
+                particles_per_sensor: self.particles,
+                ..scenario.config(Profile::Paper)
+            };
+            if let Some(alpha) = alpha {
+                config.photometry.alpha_counts_m2 = alpha;
+            }
+            check(&config).map_err(|error| {
+                let option = match &error {
+                    RunError::Parameter(error) => arguments::option_of(error.parameter),
+                    RunError::TooManyParticles { .. } => Some("--particles"),
+                    RunError::Refused(_) => None,
+                };
+                format!("{}: {error}", option.unwrap_or(&scenario.name))
+            })?;
+        }
+        Ok(())
     }
 
     fn scenarios(&self) -> Result<Vec<Scenario>, Box<dyn Error>> {
@@ -291,16 +379,6 @@ fn scenario(wanted: &str) -> Result<Scenario, Box<dyn Error>> {
         return Err(format!("{wanted}: named {name}, but not the paper's; rename it").into());
     }
     Ok(scenario)
-}
-
-/// Seeds from `A..B`.
-fn seeds(text: &str) -> Result<Range<u64>, String> {
-    let bounds = text.split_once("..");
-    let number = |text: &str| text.parse::<u64>().ok();
-    match bounds.and_then(|(first, end)| Some(number(first)?..number(end)?)) {
-        Some(seeds) if !seeds.is_empty() => Ok(seeds),
-        _ => Err("two numbers A..B are wanted, A below B".to_owned()),
-    }
 }
 
 fn verdicts(claims: &[Claim], trials: &[Trial]) -> Vec<Verdict> {

@@ -1,7 +1,8 @@
 //! What `evaluate` prints: tables, comparisons, verdicts, and what was not reproduced.
 
+use sim_harness::console;
 use sim_harness::evaluation::{
-    Comparison, Figure, Measure, Method, Spread, Trial, Trials, Verdict,
+    Comparison, Figure, Measure, Method, SCORES_IN_WORDS, Spread, Trial, Trials, Verdict,
 };
 
 /// Most overall error that the AMiRo's odometry may cost, as a share.
@@ -10,23 +11,34 @@ const ODOMETRY_LOSS_AT_MOST: f64 = 0.005;
 /// The world that was driven through, where it is not the filter's own.
 pub(super) fn world(comparison: &Comparison) {
     let options = &comparison.options;
-    println!(
+    console::print(format_args!(
         "Simulated; physics {}, odometry {}.",
         options.physics, options.odometry
-    );
+    ));
     if let Some(alpha) = comparison.alpha_counts_m2 {
-        println!("Filters and ISM believe in alpha = {alpha:.3} counts m^2.");
+        console::print(format_args!(
+            "Filters and ISM believe in alpha = {alpha:.3} counts m^2."
+        ));
     }
-    println!();
+    if comparison.footprint {
+        console::print("The robot's footprint is free in every map; not so in the paper.");
+    }
+    console::print("");
+    console::print_text(SCORES_IN_WORDS);
+    console::print(
+        "PathOE: mean of OE over eight snapshots. False, frontier: occupied cells in the \
+         openings, frontier cells\nin the worse one (smallest seed).",
+    );
+    console::print("");
 }
 
 /// The overall error with exact poses, with the AMiRo's odometry, and with the same
 /// taken for current when it arrives; whether the second costs little enough.
 pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
-    println!();
-    println!(
+    console::print("");
+    console::print(
         "Odometry of the AMiRo, OE % of exact poses / as on its bus / the same without \
-         prediction to the readings' time"
+         prediction to the readings' time; plain OE % of the same three",
     );
     let mut all_hold = true;
     for scenario in &comparison.scenarios {
@@ -36,18 +48,25 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
             let [Some(exact), Some(amiro), undated] = oe else {
                 continue;
             };
+            let plain = trials.map(|trials| {
+                let plain = Trials::of(trials, &scenario.name, method)?.mean(Measure::OePlain);
+                plain.map(|share| 100.0 * share)
+            });
+            let [exact_plain, amiro_plain, undated_plain] =
+                plain.map(|value| Figure { value, decimals: 2 });
             let holds = amiro - exact <= ODOMETRY_LOSS_AT_MOST;
             all_hold &= holds;
             let percent = |share: f64| 100.0 * share;
-            println!(
-                "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points",
+            console::print(format_args!(
+                "{}  {:6} {method:6} {:5.2} / {:5.2} / {:5.2}, loss {:5.2} <= 0.50 points; \
+                 plain {exact_plain:5} / {amiro_plain:5} / {undated_plain:5}",
                 if holds { "PASS" } else { "FAIL" },
                 scenario.name,
                 percent(exact),
                 percent(amiro),
                 percent(undated.unwrap_or(f64::NAN)),
                 percent(amiro - exact)
-            );
+            ));
         }
     }
     all_hold
@@ -56,11 +75,12 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
 /// One table a scenario, one line a method.
 pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {
-        println!("{}: {}", scenario.name, scenario.about);
-        println!(
-            "{:20} {:>12} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
+        console::print(format_args!("{}: {}", scenario.name, scenario.about));
+        console::print(format_args!(
+            "{:20} {:>12} {:>8} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
             "means over the seeds",
             "OE % +- std",
+            "plain %",
             "worst seed",
             "TPR",
             "FPR",
@@ -72,23 +92,25 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
             "pathOE",
             "false",
             "frontier"
-        );
+        ));
         for method in &comparison.methods {
             if let Some(trials) = Trials::of(trials, &scenario.name, *method) {
-                println!("{}", line(*method, &trials));
+                console::print_text(line(*method, &trials));
             }
         }
-        println!();
+        for trial in trials
+            .iter()
+            .filter(|trial| trial.scenario == scenario.name)
+        {
+            if trial.scores.last.cells_refused > 0 {
+                console::print(format_args!(
+                    "THE MAP IS CUT: {}, seed {}: {} updates of cells were refused",
+                    trial.method, trial.seed, trial.scores.last.cells_refused
+                ));
+            }
+        }
+        console::print("");
     }
-    println!(
-        "OE: wrong of the classified cells at the best wall expansion, pathOE its mean over \
-         eight snapshots; recall: visible surface found;"
-    );
-    println!(
-        "cover: visible free space classified; false, frontier: occupied cells in the openings, \
-         frontier cells in the worse one (smallest seed)."
-    );
-    println!();
 }
 
 fn line(method: Method, trials: &Trials) -> String {
@@ -106,9 +128,10 @@ fn line(method: Method, trials: &Trials) -> String {
     let smallest = trials.smallest(Measure::OpeningFrontier);
     let smallest = smallest.map_or(String::new(), |(cells, _)| format!(" ({cells:.0})"));
     format!(
-        "{method:20} {:5} +- {:3} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
+        "{method:20} {:5} +- {:3} {:8} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
         percent(oe.mean),
         percent(oe.deviation),
+        percent(mean(Measure::OePlain)),
         figure(mean(Measure::Tpr), 2),
         figure(mean(Measure::Fpr), 2),
         figure(mean(Measure::J), 2),
@@ -124,23 +147,28 @@ fn line(method: Method, trials: &Trials) -> String {
 
 /// The overall error of each filter against the inverse sensor model, drive by drive.
 pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
-    println!("OE on the same readings, filter less ISM: percentage points +- standard error");
+    console::print(
+        "OE on the same readings, filter less ISM: percentage points +- standard error; plain OE \
+         likewise",
+    );
     for scenario in &comparison.scenarios {
         for filter in [Method::Paper, Method::Plus, Method::PlusCarving] {
             for model in [Method::IsmStandard, Method::IsmTuned] {
                 let of = |method| Trials::of(trials, &scenario.name, method);
                 if let Some((its, models)) = of(filter).zip(of(model)) {
                     let differences = its.less(&models, Measure::Oe);
+                    let plain = its.less(&models, Measure::OePlain);
                     let name = &scenario.name;
-                    println!(
-                        "{name:6} {filter:12} - {model:12} {}",
-                        paired_line(&differences)
-                    );
+                    console::print(format_args!(
+                        "{name:6} {filter:12} - {model:12} {}; plain {}",
+                        paired_line(&differences),
+                        paired_line(&plain)
+                    ));
                 }
             }
         }
     }
-    println!();
+    console::print("");
 }
 
 fn paired_line(differences: &[Option<f64>]) -> String {
@@ -165,16 +193,19 @@ fn paired_line(differences: &[Option<f64>]) -> String {
 /// Verdicts under a heading, failures counted.
 pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
     let failed = verdicts.iter().filter(|verdict| !verdict.holds()).count();
-    println!("{heading}: {} judged, {failed} failed", verdicts.len());
+    console::print(format_args!(
+        "{heading}: {} judged, {failed} failed",
+        verdicts.len()
+    ));
     for verdict in verdicts {
-        println!("{verdict}");
+        console::print_text(verdict);
     }
-    println!();
+    console::print("");
 }
 
 /// What the paper claims and these figures do not show.
 pub(super) fn not_reproduced(trials: &[Trial]) {
-    println!("Not reproduced: a range that is almost doubled (section 5.2).");
+    console::print("Not reproduced: a range that is almost doubled (section 5.2).");
     for scenario in ["ssso", "msso"] {
         let distances = [Method::Paper, Method::Plus, Method::IsmStandard].map(|method| {
             let trials = Trials::of(trials, scenario, method)?;
@@ -189,23 +220,25 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
         });
         let distances: Vec<_> = distances.into_iter().flatten().collect();
         if !distances.is_empty() {
-            println!(
+            console::print(format_args!(
                 "  {scenario}: hull's distance when two cells of the object are there: {}",
                 distances.join(", ")
-            );
+            ));
         }
     }
     for scenario in ["ssso", "msso", "msod"] {
         let oe = |method| Trials::of(trials, scenario, method)?.mean(Measure::Oe);
         let both = oe(Method::Paper).zip(oe(Method::IsmTuned));
         if let Some((filter, tuned)) = both.filter(|(filter, tuned)| filter >= tuned) {
-            println!(
+            console::print(format_args!(
                 "Not reproduced against the tuned ISM: lower OE in {scenario}, {:.1} and {:.1} %.",
                 100.0 * filter,
                 100.0 * tuned
-            );
+            ));
         }
     }
-    println!("Not judged: real blocks and sensors; the world here obeys the filter's own law.");
-    println!();
+    console::print(
+        "Not judged: real blocks and sensors; the world here obeys the filter's own law.",
+    );
+    console::print("");
 }

@@ -4,10 +4,11 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use sim_harness::console;
 use sim_harness::link::{Layout, build_image, to_s_records};
 use sim_harness::output;
 
-use super::{Ending, Outcome};
+use super::{Ending, Outcome, arguments};
 
 /// Arguments of `image`.
 #[derive(Debug, Args)]
@@ -19,7 +20,7 @@ pub(super) struct Image {
     #[arg(long, value_name = "FILE")]
     file: Option<PathBuf>,
     /// Write the bytes to flash here, and as S-records beside them (`.srec`).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
 
@@ -34,6 +35,16 @@ enum LayoutName {
 impl Image {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        if let Some(out) = &self.out {
+            let inputs: Vec<_> = self.file.iter().map(PathBuf::as_path).collect();
+            let beside = out.with_extension("srec");
+            if beside == *out {
+                return Err("--out names the binary; the S-records go beside it as .srec".into());
+            }
+            arguments::check_file("--out", out)?;
+            arguments::check_file("--out", &beside)?;
+            output::check(&[out.clone(), beside], &inputs)?;
+        }
         let layout = match self.layout {
             LayoutName::Bare => Layout::Bare,
             LayoutName::Amiro => Layout::Amiro,
@@ -43,42 +54,40 @@ impl Image {
             None => build_image(layout)?,
         };
         let image = sim_harness::link::Image::read(&path)?;
-        println!("{layout}: {image}");
         let problems = image.problems(layout);
+        let written = match &self.out {
+            Some(out) if problems.is_empty() => Some(write(&image, layout, out)?),
+            _ => None,
+        };
+        console::print_text(format_args!("{layout}: {image}"));
         for problem in &problems {
-            println!("  {problem}");
+            console::print(format_args!("  {problem}"));
         }
         if !problems.is_empty() {
             return Ok(Ending::Failed);
         }
-        if let Some(out) = &self.out {
-            write(&image, layout, out)?;
-        }
+        written.iter().for_each(console::print);
         Ok(Ending::Good)
     }
 }
 
-/// Writes the bytes and the records, and says where they belong.
+/// Writes the bytes and the records; where they belong, in a line.
 fn write(
     image: &sim_harness::link::Image,
     layout: Layout,
     out: &Path,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<String, Box<dyn Error>> {
     let bytes = image.flashable(layout);
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let records = to_s_records(&name, layout.start() as u32, &bytes);
     let beside = out.with_extension("srec");
-    if beside == out {
-        return Err("--out names the binary; the S-records go beside it as .srec".into());
-    }
     output::write(out, &bytes)?;
     output::write(&beside, records.as_bytes())?;
-    println!(
+    Ok(format!(
         "{} bytes for {:#010x} in {} and {}",
         bytes.len(),
         layout.start(),
         out.display(),
         beside.display()
-    );
-    Ok(())
+    ))
 }

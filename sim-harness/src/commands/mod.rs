@@ -1,30 +1,36 @@
 //! The commands of the program, one a file.
 
 mod ailments;
+mod arguments;
 mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
 mod evaluate_robot;
+mod exit_code;
 mod figures;
+mod footprint;
 mod image;
+mod map;
 mod offsets;
+mod parts;
 mod record;
 mod replay;
 mod report;
 mod settings;
 mod simulate;
+mod standstill;
 mod target;
 
 use std::error::Error;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use sim_harness::link::{LinkError, RecordError};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
+use sim_harness::console;
 
 /// The laboratory of the inverse particle filter.
 #[derive(Debug, Parser)]
-#[command(name = "ipf", bin_name = "cargo ipf", version, about)]
+#[command(name = "ipf", bin_name = "cargo ipf", version, about, after_help = exit_code::EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +44,8 @@ enum Command {
     Figures(figures::Figures),
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
+    /// Map a recorded drive of any robot with sonars or a laser.
+    Map(map::Map),
     /// Record a robot that reads its own sensors and odometry.
     Record(record::Record),
     /// Have a robot measure its sensors' offsets, with nothing near it.
@@ -58,44 +66,64 @@ enum Ending {
     Good,
     /// What was to be shown does not hold: exit 1.
     Failed,
+    /// A replay is equal, but particle messages of the recording were lost: exit 4.
+    ParticlesLost,
     /// Input was refused that should not have been: exit 2.
     Refused,
 }
 
-/// What a command gives back; an error is printed, exit 2, or 3 for a board that speaks
-/// another version of the protocol.
+/// What a command gives back; [`exit_code`] has the codes of all of them.
 type Outcome = Result<Ending, Box<dyn Error>>;
 
 /// Runs the command line.
 pub(crate) fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
-        Command::Demo(demo) => demo.run(),
-        Command::Figures(figures) => figures.run(),
-        Command::Replay(replay) => replay.run(),
-        Command::Record(record) => record.run(),
-        Command::Offsets(offsets) => offsets.run(),
-        Command::Simulate(simulate) => simulate.run(),
-        Command::Evaluate(evaluate) => evaluate.run(),
-        Command::Calibrate(calibrate) => calibrate.run(),
-        Command::Image(image) => image.run(),
-    };
-    match outcome {
-        Ok(Ending::Good) => ExitCode::SUCCESS,
-        Ok(Ending::Failed) => ExitCode::from(1),
-        Ok(Ending::Refused) => ExitCode::from(2),
-        Err(error) => {
-            eprintln!("ipf: {error}");
-            // A board of another version is no mistake of the caller's.
-            let is_version = matches!(link_error(&*error), Some(LinkError::Version { .. }));
-            ExitCode::from(if is_version { 3 } else { 2 })
-        }
+    exit_code::of(match parse() {
+        Ok(arguments) => arguments.command.run(),
+        Err(error) => Ok(print_of_parser(&error)),
+    })
+}
+
+/// Reads the arguments; an option takes a negative number as its value, so that what is
+/// wrong with it is its range.
+fn parse() -> Result<Arguments, clap::Error> {
+    let mut command = Arguments::command().mut_subcommands(|command| {
+        command.mut_args(|argument| {
+            let is_option = !argument.is_positional();
+            let takes = matches!(argument.get_action(), ArgAction::Set | ArgAction::Append);
+            argument.allow_negative_numbers(is_option && takes)
+        })
+    });
+    let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let read = Arguments::from_arg_matches_mut(&mut matches);
+    read.map_err(|error| error.format(&mut command))
+}
+
+/// Prints the help or version that was asked for, or what is wrong with the arguments.
+fn print_of_parser(error: &clap::Error) -> Ending {
+    let text = error.render().to_string();
+    let text = text.strip_suffix('\n').unwrap_or(&text);
+    if error.use_stderr() {
+        console::warn_text(text);
+        Ending::Refused
+    } else {
+        console::print_text(text);
+        Ending::Good
     }
 }
 
-/// What is wrong with the link, whoever found it.
-fn link_error<'a>(error: &'a (dyn Error + 'static)) -> Option<&'a LinkError> {
-    match error.downcast_ref() {
-        Some(RecordError::Link(error)) => Some(error),
-        _ => error.downcast_ref(),
+impl Command {
+    fn run(self) -> Outcome {
+        match self {
+            Self::Demo(demo) => demo.run(),
+            Self::Figures(figures) => figures.run(),
+            Self::Replay(replay) => replay.run(),
+            Self::Map(map) => map.run(),
+            Self::Record(record) => record.run(),
+            Self::Offsets(offsets) => offsets.run(),
+            Self::Simulate(simulate) => simulate.run(),
+            Self::Evaluate(evaluate) => evaluate.run(),
+            Self::Calibrate(calibrate) => calibrate.run(),
+            Self::Image(image) => image.run(),
+        }
     }
 }

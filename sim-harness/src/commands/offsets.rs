@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sim_harness::console;
 use sim_harness::link::{QemuOptions, measure_offsets, offsets_in_words};
 
 use super::{Ending, Outcome, target};
@@ -13,9 +14,9 @@ pub(super) struct Offsets {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     /// Only show the offsets that the board has now.
     #[arg(long)]
     read: bool,
@@ -27,6 +28,7 @@ pub(super) struct Offsets {
 impl Offsets {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        target::check(&self.on, self.baud, self.image.as_deref(), &[])?;
         let options = QemuOptions::default();
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;
@@ -36,10 +38,16 @@ impl Offsets {
             measure_offsets(&mut board)?
         };
         let Some(report) = report else {
-            eprintln!("the board said nothing of its offsets");
+            if self.read {
+                console::warn("the board reported no offsets");
+            } else {
+                console::warn(
+                    "no offsets were measured: the board reported no measurement within 5 s",
+                );
+            }
             return Ok(Ending::Failed);
         };
-        println!("{}", offsets_in_words(&report));
+        console::print_text(offsets_in_words(&report));
         let is_refused = report.refused.iter().any(Option::is_some);
         Ok(if is_refused && !self.read {
             Ending::Failed

@@ -1,7 +1,7 @@
 //! `cargo ipf record`: a robot's drive as it reads it itself.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::cell::RefCell;
+use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,11 +10,13 @@ use amiro_ipf::fault::Fault;
 use amiro_ipf::health::Health;
 use amiro_ipf::sensor::SensorMask;
 use clap::Args;
+use sim_harness::console;
 use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
 
 use super::ailments::{ailments, counters, report_counters, status_counters};
+use super::parts::Parts;
 use super::settings::Settings;
-use super::{Ending, Outcome, target};
+use super::{Ending, Outcome, arguments, target};
 
 /// Arguments of `record`.
 #[derive(Debug, Args)]
@@ -22,25 +24,33 @@ pub(super) struct Record {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     #[command(flatten)]
     settings: Settings,
-    /// The recording; a board that is reset begins a second one beside it, NAME.2.ipf.
-    #[arg(long, value_name = "FILE")]
+    /// The recording: a new file, created once the board has taken its configuration. A
+    /// board that is reset begins a second one beside it, NAME.2.ipf or the next number
+    /// that is free.
+    #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     out: PathBuf,
-    /// How long to record; without end if not given, until interrupted.
-    #[arg(long, value_name = "S")]
+    /// Replace the file of --out if it exists.
+    #[arg(long)]
+    force: bool,
+    /// How long to record; until interrupted (Ctrl-C, SIGTERM) if not given.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..))]
     seconds: Option<u32>,
 }
 
 impl Record {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        target::check(&self.on, self.baud, None, &[])?;
         let config = self.settings.apply(None)?;
+        let parts = RefCell::new(Parts::new(self.out, self.force)?);
         let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;
         target::greet(&mut board)?;
+        target::check_capacity(&board, &config)?;
         let end = self
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
@@ -52,9 +62,12 @@ impl Record {
         let mut last_status = Status::default();
         let mut last_health = Health::default();
         let open = |part| {
-            let path = self.part(part);
-            let failed = |error| io::Error::other(format!("{}: {error}", path.display()));
-            File::create(&path).map(BufWriter::new).map_err(failed)
+            let mut parts = parts.borrow_mut();
+            let file = parts.open()?;
+            if let Some(path) = parts.opened().last().filter(|_| part > 1) {
+                console::warn(format_args!("it goes on in {}", path.display()));
+            }
+            Ok(BufWriter::new(file))
         };
         let recorded = record(&mut board, &config, open, |news| {
             match news {
@@ -67,7 +80,10 @@ impl Record {
                     last_health = *health;
                     let ailments = ailments(health);
                     if known.is_none() {
-                        eprintln!("\nseed {:?}, offsets {:?}", health.seed, health.offsets);
+                        console::warn(format_args!(
+                            "seed {:?}, offsets {:?}",
+                            health.seed, health.offsets
+                        ));
                     }
                     if known.as_ref() != Some(&ailments) {
                         let said = if ailments.is_empty() {
@@ -75,80 +91,62 @@ impl Record {
                         } else {
                             &ailments
                         };
-                        eprintln!("\n{said}");
+                        console::warn(said);
                         known = Some(ailments);
                     }
                 }
                 News::Event(Event::Supervision(supervision)) => {
                     let mode = target::unwell(supervision);
                     if mode != known_mode {
-                        eprintln!(
-                            "\n{}",
-                            mode.as_deref().unwrap_or("the board's mode: Normal")
-                        );
+                        console::warn(mode.as_deref().unwrap_or("the board's mode: Normal"));
                         known_mode = mode;
                     }
                 }
                 News::Event(Event::PostMortem(record)) => {
                     if known_end.as_ref() != Some(record) {
-                        eprintln!("\n{}", post_mortem_in_words(record));
+                        console::warn(post_mortem_in_words(record));
                         known_end = Some(record.clone());
                     }
                 }
-                News::Event(Event::BrokeOff { .. }) => eprintln!(
-                    "\nBrokeOff: the odometry broke off, what was found before shares no origin with what follows"
+                News::Event(Event::BrokeOff { .. }) => console::warn(
+                    "BrokeOff: the odometry broke off, what was found before shares no origin with what follows",
                 ),
                 News::Limited {
                     particles_per_sensor,
-                } => eprintln!(
-                    "\nLimit: steps take too long, {particles_per_sensor} particles a sensor from now on"
-                ),
-                News::Event(_) | News::Away => {}
-                News::Vanished(error) => eprintln!("\n{error}; trying again"),
-                News::Back => eprintln!("the link is back"),
-                News::Restarted { part } => {
+                } => console::warn(format_args!(
+                    "Limit: steps take too long, {particles_per_sensor} particles a sensor from now on"
+                )),
+                News::Event(_) | News::Input(_) | News::Waiting | News::Away => {}
+                News::Vanished(error) => console::warn(format_args!("{error}; trying again")),
+                News::Back => console::warn("the link is back"),
+                News::Restarted { .. } => {
                     known_end = None;
-                    eprintln!(
-                        "\nthe board started anew: what it says now goes to {}",
-                        self.part(part).display()
-                    );
+                    console::warn("the board started anew");
                 }
-                News::Junk => eprintln!("\n{}", LinkError::Junk),
+                News::Junk => console::warn(LinkError::Junk),
             }
             end.is_none_or(|end| Instant::now() < end)
         });
-        eprintln!();
-        println!("{}", board.tally());
+        console::print_text(board.tally());
         report_counters(&[status_counters(&last_status), counters(&last_health)].concat());
         let cycles = last_status.board.step_cycles_max;
         if cycles > 0 {
-            println!("longest step: step_cycles_max {cycles}");
+            console::print(format_args!("longest step: step_cycles_max {cycles}"));
         }
         if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
             target::print_unwell(&mut board);
         }
-        let parts = recorded?;
-        let last = self.part(parts);
-        let files = if parts == 1 {
-            ""
-        } else {
-            " and those before it"
-        };
-        println!("{steps} steps in {}{files}", last.display());
-        Ok(Ending::Good)
-    }
-
-    /// Where a part goes: `drive.ipf`, then `drive.2.ipf` and so on.
-    fn part(&self, part: u32) -> PathBuf {
-        if part == 1 {
-            return self.out.clone();
+        let parts = parts.into_inner();
+        let files: Vec<_> = parts
+            .opened()
+            .iter()
+            .map(|path| path.display().to_string())
+            .collect();
+        if !files.is_empty() {
+            console::print(format_args!("{steps} steps in {}", files.join(", ")));
         }
-        let extension = self.out.extension().unwrap_or_default().to_string_lossy();
-        self.out.with_extension(if extension.is_empty() {
-            part.to_string()
-        } else {
-            format!("{part}.{extension}")
-        })
+        recorded?;
+        Ok(Ending::Good)
     }
 }
 
@@ -169,9 +167,9 @@ fn say(status: &Status) {
         .iter()
         .map(|sensor| format!(", without sensor {sensor}"))
         .collect();
-    eprint!(
-        "\r\x1b[K{:.1} s, {} steps, {obstacle}{without}{fault}",
+    console::show_progress(format_args!(
+        "{:.1} s, {} steps, {obstacle}{without}{fault}",
         board.uptime_ms as f64 * 1e-3,
         node.steps
-    );
+    ));
 }

@@ -1,7 +1,6 @@
 //! `cargo ipf replay`: a recorded drive, filtered and mapped.
 
 use std::error::Error;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use amiro_ipf::config::{Config, Source, StepRule};
@@ -10,20 +9,23 @@ use amiro_ipf::input::Input;
 use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use sim_harness::console;
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
 use sim_harness::link::{
-    Comparison, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
+    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
-use sim_harness::mapping::CountingMapper;
+use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::output;
-use sim_harness::world::Scenario;
+use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
 
+use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
-use super::{Ending, Outcome, target};
+use super::standstill::Standstill;
+use super::{Ending, Outcome, arguments, target};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -41,9 +43,9 @@ pub(super) struct Replay {
     /// Where the filter runs: `host`, `qemu`, or the name of a serial port.
     #[arg(long, default_value = "host", value_name = "host|qemu|PORT")]
     on: String,
-    /// Speed of the serial port, bits a second.
-    #[arg(long, default_value_t = 2_000_000, value_name = "N")]
-    baud: u32,
+    /// Speed of the serial port, bits per second; 2000000 if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
     /// What is wrong, in the words of `simulate`: with the line from the filter to the
     /// mapper, as in `link=drop:1e-4x300+off@2s..5s`; with the recorded inputs, as in
     /// `s3=stuck@5s..8s, can=off@10s`. Times count from the recording's first input.
@@ -55,10 +57,13 @@ pub(super) struct Replay {
     )]
     fault: Faults,
     /// Seed of what is random about the faults.
-    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault", value_parser = arguments::seed)]
     seed_of_faults: u64,
+    /// Whether cells of the map whose centre has been under the robot's hull are free.
+    #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
+    footprint: FootprintSwitch,
     /// Where map, summary and event stream go.
-    #[arg(long, default_value = "out/replay", value_name = "DIR")]
+    #[arg(long, default_value = "out/replay", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
     /// End with exit code 2 if a line or frame of the recording was refused.
     #[arg(long)]
@@ -87,20 +92,25 @@ struct Run {
 impl Replay {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
+        self.check_options()?;
+        let outputs = report::FILES.map(|name| self.out.join(name));
+        let image = self.image.iter().map(PathBuf::as_path);
+        let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
+        output::check(&outputs, &inputs)?;
         let recording = log::read(&self.file)?;
         if !recording.refusals.is_empty() {
-            eprintln!("{}", recording.refusals);
+            console::warn_text(&recording.refusals);
         }
         let config = as_replayed(self.settings.apply(recording.config)?);
-        let scenario = scenario_of(&recording)?;
+        let scenario = scenario_of(&recording).map_err(|error| error.of_file(&self.file))?;
         let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
         let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
         for (text, seed) in told_faults {
-            println!("recorded with faults: {text}, seed {seed}");
+            console::print(format_args!("recorded with faults: {text}, seed {seed}"));
         }
         for event in &recording.events {
             if let Event::PostMortem(record) = event {
-                println!("recorded: {}", post_mortem_in_words(record));
+                console::print(format_args!("recorded: {}", post_mortem_in_words(record)));
             }
         }
         let inputs = self
@@ -111,25 +121,46 @@ impl Replay {
         } else {
             inputs
         };
-        if self.has_line_faults() && self.on != "host" {
-            return Err("--fault link=... disturbs a run on the host, not on a board".into());
-        }
         if !self.fault.are_none() {
-            println!("with faults: {}, seed {}", self.fault, self.seed_of_faults);
+            console::print(format_args!(
+                "with faults: {}, seed {}",
+                self.fault, self.seed_of_faults
+            ));
         }
         let run = match self.on.as_str() {
             "host" => self.on_host(&config, &inputs, &recording, cell_m)?,
             _ => self.on_board(&config, &inputs, cell_m)?,
         };
+        if let Some(standstill) = Standstill::of(&config, &inputs, &run.survey) {
+            let what = format!("{}: {standstill}", self.file.display());
+            // With a comparison the digests were the point; else there is nothing to show.
+            if run.comparison.is_none() {
+                return Err(what.into());
+            }
+            console::warn(what);
+        }
         self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
-        let differs = run.comparison.is_some_and(|verdict| !verdict.equal);
-        Ok(if differs {
-            Ending::Failed
-        } else if self.strict && !recording.refusals.is_empty() {
-            Ending::Refused
-        } else {
-            Ending::Good
+        let equality = run.comparison.map(|verdict| verdict.equality);
+        Ok(match equality {
+            Some(Equality::Different) => Ending::Failed,
+            _ if self.strict && !recording.refusals.is_empty() => Ending::Refused,
+            Some(Equality::ParticlesLost) => Ending::ParticlesLost,
+            Some(Equality::Equal) | None => Ending::Good,
         })
+    }
+
+    /// Checks, before anything is read, what can be known of the options by then.
+    fn check_options(&self) -> Result<(), String> {
+        let of_emulator = [
+            ("--count-instructions", self.count_instructions),
+            ("--ram-fill", self.ram_fill.is_some()),
+        ];
+        target::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
+        if self.has_line_faults() && self.on != "host" {
+            return Err("--fault link=... disturbs a run on the host, not on a board".into());
+        }
+        self.settings.apply(None)?;
+        arguments::check_folder("--out", &self.out)
     }
 
     fn has_line_faults(&self) -> bool {
@@ -144,7 +175,7 @@ impl Replay {
         recording: &Recording,
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
-        let mut survey = Survey::new(cell_m);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
@@ -161,7 +192,10 @@ impl Replay {
         let lines = line.finish(&mut arrive);
         bar.finish_and_clear();
         if self.has_line_faults() {
-            println!("{}; {} damaged", lines.frames, lines.line.damaged);
+            console::print(format_args!(
+                "{}; {} damaged",
+                lines.frames, lines.line.damaged
+            ));
         }
         lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
@@ -192,16 +226,6 @@ impl Replay {
         inputs: &[Input],
         cell_m: f64,
     ) -> Result<Run, Box<dyn Error>> {
-        let mut comparison = Comparison::default();
-        let outcome = run(config, inputs, |event| comparison.expect(event))?;
-        warn_of_refused_inputs(&outcome);
-        // The configuration goes in front.
-        let refusals: Vec<_> = outcome
-            .refusals
-            .iter()
-            .map(|&(input, fault)| (input + 1, fault))
-            .collect();
-        comparison.expect_refusals(&refusals);
         let ran_on = if self.on == "qemu" {
             "QEMU (emulated)"
         } else {
@@ -214,7 +238,18 @@ impl Replay {
         };
         let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
         target::greet(&mut board)?;
-        let mut survey = Survey::new(cell_m);
+        target::check_capacity(&board, config)?;
+        let mut comparison = Comparison::default();
+        let outcome = run(config, inputs, |event| comparison.expect(event))?;
+        warn_of_refused_inputs(&outcome);
+        // The configuration goes in front.
+        let refusals: Vec<_> = outcome
+            .refusals
+            .iter()
+            .map(|&(input, fault)| (input + 1, fault))
+            .collect();
+        comparison.expect_refusals(&refusals);
+        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Vec::new();
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
@@ -238,16 +273,18 @@ impl Replay {
             },
         );
         bar.finish_and_clear();
-        driven?;
+        comparison.take_audit(driven?);
         for (input, refused) in answers {
             comparison.meet_answer(input, refused);
         }
         if self.count_instructions {
             let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
-            println!("longest step: {instructions:.2} million instructions (emulated)");
+            console::print(format_args!(
+                "longest step: {instructions:.2} million instructions (emulated)"
+            ));
         }
-        println!("{}", board.tally());
-        let verdict = comparison.verdict(board.boot(), board.lost_frames());
+        console::print_text(board.tally());
+        let verdict = comparison.verdict(board.boot(), &board.tally());
         Ok(Run {
             ran_on,
             survey,
@@ -257,7 +294,7 @@ impl Replay {
         })
     }
 
-    /// Prints what was found and writes the files.
+    /// Writes the files, then prints what was found.
     fn report(
         &self,
         config: &Config,
@@ -268,43 +305,22 @@ impl Replay {
     ) -> Result<(), Box<dyn Error>> {
         let survey = &run.survey;
         let figures = survey.figures();
-        println!(
-            "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
-            figures.steps,
-            figures.path_m,
-            figures
-                .mean_step_m
-                .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
-            figures.cells_occupied,
-            figures.cells_free
-        );
-        let broke_off = run.events.iter();
-        let broke_off = broke_off.filter(|event| matches!(event, Event::BrokeOff { .. }));
-        match broke_off.count() {
-            0 => {}
-            times => println!("BrokeOff {times} times: parts of the map share no origin"),
-        }
         let scores = scenario.map(|scenario| {
             let truth = Truth::of(scenario, survey.poses());
-            let mut mapper = CountingMapper::new(scenario.cell_m);
+            let mut mapper = FootprintMapper::new(
+                CountingMapper::new(scenario.cell_m),
+                scenario.cell_m,
+                self.footprint.radius_m(config),
+            );
             DriveScores::of(&mut mapper, &run.events, scenario, &truth)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
-        if let Some(scores) = &scores {
-            println!("{}", scores.last);
-        }
-        if let Some(walls) = &walls {
-            println!("{walls}");
-        }
-        if let Some(comparison) = &run.comparison {
-            println!("{comparison}");
-        }
-        std::fs::create_dir_all(&self.out)?;
+        output::create_folder(&self.out)?;
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let picture = report::picture(survey, &name, scenario, None);
         report::save_map(survey, &picture, &self.out)?;
         self.save_stream(config, inputs, recording, &run.stream)?;
-        Summary {
+        let summary = Summary {
             format: recording.format.to_string(),
             refused: recording.refusals.count(),
             ran_on: run.ran_on,
@@ -313,8 +329,10 @@ impl Replay {
             scores: scores.as_ref().map(ScoreRecord::from),
             walls,
             comparison: run.comparison.clone(),
-        }
-        .save(&self.out)
+        };
+        summary.save(&self.out)?;
+        print_report(&summary, scores.as_ref(), &run.events);
+        Ok(())
     }
 
     /// What was broken when it was recorded, and what is broken now.
@@ -372,13 +390,59 @@ impl Replay {
     }
 }
 
+/// What was found, for the terminal.
+fn print_report(summary: &Summary, scores: Option<&DriveScores>, events: &[Event]) {
+    let figures = &summary.figures;
+    console::print(format_args!(
+        "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
+        figures.steps,
+        figures.path_m,
+        figures
+            .mean_step_m
+            .map_or("n/a".to_owned(), |step| format!("{:.2} mm", 1e3 * step)),
+        figures.cells_occupied,
+        figures.cells_free
+    ));
+    if figures.cells_refused > 0 {
+        console::print(format_args!(
+            "THE MAP IS CUT: it holds at most {MAX_CELLS} cells, {} updates of cells were refused",
+            figures.cells_refused
+        ));
+    }
+    if let Some(radius_m) = figures.footprint_radius_m {
+        console::print(format_args!(
+            "the robot's footprint is free in the map: hull of {:.0} mm radius",
+            1e3 * radius_m
+        ));
+    }
+    let broke_off = events
+        .iter()
+        .filter(|event| matches!(event, Event::BrokeOff { .. }));
+    match broke_off.count() {
+        0 => {}
+        times => console::print(format_args!(
+            "BrokeOff {times} times: parts of the map share no origin"
+        )),
+    }
+    if let Some(scores) = scores {
+        console::print_text(scores.last);
+        console::print("(the figures are explained by `cargo ipf demo` and in docs/evaluation.md)");
+    }
+    if let Some(walls) = &summary.walls {
+        console::print_text(walls);
+    }
+    if let Some(comparison) = &summary.comparison {
+        console::print_text(comparison);
+    }
+}
+
 /// The world that a simulated recording carries.
-fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, Box<dyn Error>> {
+fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, ScenarioError> {
     let text = recording
         .truth
         .as_ref()
         .and_then(|truth| truth.scenario.as_ref());
-    Ok(text.map(|text| Scenario::parse(text)).transpose()?)
+    text.map(|text| Scenario::parse(text)).transpose()
 }
 
 /// A configuration under which everything comes in with the recording, whatever the
@@ -397,13 +461,13 @@ fn as_replayed(config: Config) -> Config {
 
 fn warn_of_refused_inputs(outcome: &RunOutcome) {
     for (fault, count) in outcome.faults() {
-        eprintln!("{count} inputs refused: {fault:?}, {fault}");
+        console::warn(format_args!("{count} inputs refused: {fault:?}, {fault}"));
     }
 }
 
 /// A bar on a terminal, nothing in a pipe.
 fn progress(unit: &'static str, length: Option<u64>) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
+    if !console::is_interactive() {
         return ProgressBar::hidden();
     }
     let (bar, template) = match length {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use amiro_ipf::config::Config;
 use serde::Serialize;
-use sim_harness::evaluation::{ScoreRecord, WallReport};
+use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
 use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
 use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
@@ -47,9 +47,15 @@ impl Walls {
     /// Looks beside the path of a survey.
     pub(super) fn of(survey: &Survey) -> Self {
         let (map, path) = (survey.map(), survey.path());
-        let legs = WallReport::by_leg(&map, &path);
+        let surroundings = Surroundings {
+            map: &map,
+            counted: &survey.counted_map(),
+            path: &path,
+            jumps: survey.jumps(),
+        };
+        let legs = WallReport::by_leg(&surroundings);
         Self {
-            whole: WallReport::of(&map, &path),
+            whole: WallReport::of(&surroundings),
             legs: if legs.len() > 1 { legs } else { Vec::new() },
         }
     }
@@ -86,8 +92,10 @@ pub(super) fn picture(
     let outlines = scenario.map(outlines).unwrap_or_default();
     let heading = survey.poses().last().map(|pose| pose.heading.radians());
     MapPicture {
+        robot_radius_m: None,
         title: Some(title),
         path: &path,
+        jumps: survey.jumps(),
         final_heading_rad: heading.map(f64::from),
         outlines: &outlines,
         window,
@@ -106,6 +114,15 @@ fn outlines(scenario: &Scenario) -> Vec<Vec<(f64, f64)>> {
         })
         .collect()
 }
+
+/// The files of a mapped run.
+pub(super) const FILES: [&str; 5] = [
+    "map.png",
+    "map.pgm",
+    "map.yaml",
+    "summary.json",
+    "stream.ipf",
+];
 
 /// Writes `map.png`, `map.pgm` and `map.yaml`.
 pub(super) fn save_map(

@@ -5,6 +5,8 @@ use amiro_ipf::filter::{ParameterError, Profile};
 use amiro_ipf::sensor::{SENSORS, SensorMask};
 use clap::{Args, ValueEnum};
 
+use super::arguments;
+
 /// The two filters that ship.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProfileName {
@@ -30,7 +32,7 @@ pub(super) struct Settings {
     #[arg(long, value_enum)]
     profile: Option<ProfileName>,
     /// Seed of the filter's random numbers.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = arguments::seed)]
     seed: Option<u64>,
     /// Particles for each sensor in use.
     #[arg(long, value_name = "N")]
@@ -66,8 +68,18 @@ impl Settings {
         self.fixed
     }
 
+    /// The option that set a parameter, if one is given; a recorded one has none.
+    fn option_of(&self, parameter: &str) -> Option<&'static str> {
+        arguments::option_of(parameter).filter(|option| match *option {
+            "--particles" => self.particles.is_some(),
+            "--mask" => !self.mask.is_empty(),
+            "--alpha" => self.alpha.is_some(),
+            _ => self.x_max.is_some(),
+        })
+    }
+
     /// The recorded configuration, or the AMiRo's, with the overrides.
-    pub(super) fn apply(&self, recorded: Option<Config>) -> Result<Config, ParameterError> {
+    pub(super) fn apply(&self, recorded: Option<Config>) -> Result<Config, String> {
         let mut config = recorded.unwrap_or_default();
         if let Some(profile) = self.profile {
             config.parameters = Profile::from(profile).parameters();
@@ -83,7 +95,11 @@ impl Settings {
         if self.fixed {
             config.step_rule = StepRule::PerTick { own_clock: false };
         }
-        config.validate()?;
+        let named = |error: ParameterError| match self.option_of(error.parameter) {
+            Some(option) => format!("{option}: {error}"),
+            None => error.to_string(),
+        };
+        config.validate().map_err(named)?;
         Ok(config)
     }
 }

@@ -1,28 +1,33 @@
 //! `cargo ipf simulate`: a scenario, driven and recorded.
 
-use std::fs;
+use std::error::Error;
+use std::fmt::Display;
+use std::io::Write;
 use std::path::PathBuf;
+use std::slice;
 
 use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
 use clap::Args;
+use sim_harness::console;
 use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::output;
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
 
-use super::ailments::{counters, report_counters};
-use super::{Ending, Outcome};
+use super::ailments::{counters, counters_in_words};
+use super::{Ending, Outcome, arguments};
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub(super) struct Simulate {
-    /// The scenario, a TOML file. A first line of options in it, as recordings have it,
+    /// The scenario, a TOML file; `-` for standard input. A first line of options in it, as recordings have it,
     /// does not count: the flags do.
     scenario: PathBuf,
     /// Seed of the sensors' noise, and of the filter when the recording is replayed.
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = arguments::seed)]
     seed: u64,
-    /// Where the recording goes.
+    /// Where the recording goes; `-` for standard output, the report then goes to standard
+    /// error.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// What breaks when: PART=WORD with @FROM, @FROM..TO, @..TO or nothing behind it, and
@@ -41,7 +46,7 @@ pub(super) struct Simulate {
     )]
     fault: Faults,
     /// Seed of what is random about the faults.
-    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault")]
+    #[arg(long, default_value_t = 1, value_name = "N", requires = "fault", value_parser = arguments::seed)]
     seed_of_faults: u64,
     #[command(flatten)]
     differences: Differences,
@@ -98,9 +103,10 @@ impl Differences {
 impl Simulate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        let scenario = Scenario::load(&self.scenario)?;
-        let text = fs::read_to_string(&self.scenario)?;
-        let options = self.differences.options()?;
+        let options = self.differences.options();
+        let options = options.map_err(|error| format!("--{error}"))?;
+        self.check_out()?;
+        let (scenario, text) = Scenario::load_with_text(&self.scenario)?;
         let drive = SimulatedDrive {
             scenario: &scenario,
             text: &text,
@@ -110,51 +116,78 @@ impl Simulate {
             seed_of_faults: self.seed_of_faults,
         };
         let (simulation, healths) = drive.simulate()?;
-        output::write_with(&self.out, |file| {
-            drive.write(&simulation, file)?;
-            Ok(())
-        })?;
-        println!(
+        let write = |file: &mut dyn Write| drive.write(&simulation, file).map(drop);
+        // Lines of a report would lie within the recording.
+        let report: fn(&dyn Display) = if self.is_to_stdout() {
+            console::print_bytes(write)?;
+            |line| console::warn(line)
+        } else {
+            output::write_with(&self.out, write)?;
+            |line| console::print(line)
+        };
+        report(&format_args!(
             "{}: {} samples of {:.1} s, {}",
             self.out.display(),
             simulation.poses.len(),
             scenario.duration_s(),
             scenario.name
-        );
+        ));
         if options != Options::default() {
-            println!("simulated with: {options}");
+            report(&format_args!("simulated with: {options}"));
         }
         if !self.fault.are_none() {
-            println!("faults: {}, seed {}", self.fault, self.seed_of_faults);
+            report(&format_args!(
+                "faults: {}, seed {}",
+                self.fault, self.seed_of_faults
+            ));
         }
-        print_untrusted(&healths);
+        print_untrusted(&healths, report);
         if let Some((_, last)) = healths.last() {
-            report_counters(&counters(last));
+            let counters = counters_in_words(&counters(last));
+            counters.iter().for_each(|line| report(line));
         }
         Ok(Ending::Good)
+    }
+
+    fn is_to_stdout(&self) -> bool {
+        self.out.as_os_str() == "-"
+    }
+
+    fn check_out(&self) -> Result<(), Box<dyn Error>> {
+        if !self.is_to_stdout() {
+            arguments::check_file("--out", &self.out)?;
+            output::check(slice::from_ref(&self.out), &[&self.scenario])?;
+        } else if console::is_stdout_interactive() {
+            return Err("--out -: a recording is no text, and standard output a terminal".into());
+        }
+        Ok(())
     }
 }
 
 /// Says how the senses saw sensors that they did not trust and buses that did not work,
 /// and when that began and ended.
-fn print_untrusted(healths: &[(u64, Health)]) {
+fn print_untrusted(healths: &[(u64, Health)], report: fn(&dyn Display)) {
     let mut known = [None; SENSORS];
     let mut known_buses = [BusState::Working; 2];
     for (at_us, health) in healths {
         for (number, (known, now)) in (1..).zip(known_buses.iter_mut().zip(&health.buses)) {
             if std::mem::replace(known, now.state) != now.state {
-                println!(
+                report(&format_args!(
                     "{:6.2} s: bus{number} {:?}",
                     *at_us as f64 * 1e-6,
                     now.state
-                );
+                ));
             }
         }
         for (sensor, (known, now)) in known.iter_mut().zip(&health.sensors).enumerate() {
             let is_news = *known != Some(now.state)
                 && (known.is_some_and(|before| !before.is_trusted()) || !now.state.is_trusted());
             if is_news {
-                println!("{:6.2} s: s{sensor} {:?}", *at_us as f64 * 1e-6, now.state);
+                report(&format_args!(
+                    "{:6.2} s: s{sensor} {:?}",
+                    *at_us as f64 * 1e-6,
+                    now.state
+                ));
             }
             *known = Some(now.state);
         }

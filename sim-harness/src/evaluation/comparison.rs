@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::drive_scores::step_poses;
 use super::{DriveScores, Method, Truth};
+use crate::mapping::{FootprintMapper, hull_radius_m};
 use crate::world::{Options, Scenario, Simulation, simulate_with};
 use crate::{RunError, run};
 
@@ -28,6 +29,8 @@ pub struct Comparison {
     pub options: Options,
     /// Gain that filters and ISM believe in, counts m^2; `None` is the sensor's own.
     pub alpha_counts_m2: Option<f32>,
+    /// Whether the robot's footprint is free in every method's map; not so in the paper.
+    pub footprint: bool,
     /// Threads; 0 for one a processor. The results do not depend on it.
     pub threads: usize,
 }
@@ -116,12 +119,16 @@ impl Comparison {
         let truth = Truth::of(scenario, &poses.unwrap_or_default());
         let trial = |method: &Method| {
             let run = runs.iter().find(|run| run.serves(*method))?;
-            let mut mapper = method.mapper(scenario.cell_m, &run.config);
+            let mut mapper = FootprintMapper::new(
+                method.mapper(scenario, &run.config),
+                scenario.cell_m,
+                self.footprint.then(|| hull_radius_m(&run.config.ring)),
+            );
             Some(Trial {
                 scenario: scenario.name.clone(),
                 method: *method,
                 seed,
-                scores: DriveScores::of(mapper.as_mut(), &run.events, scenario, &truth),
+                scores: DriveScores::of(&mut mapper, &run.events, scenario, &truth),
             })
         };
         Ok(self.methods.iter().filter_map(trial).collect())

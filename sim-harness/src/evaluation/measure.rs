@@ -7,6 +7,8 @@ use super::DriveScores;
 pub enum Measure {
     /// Overall error of the final map at its best expansion.
     Oe,
+    /// Overall error of the final map with the walls as they are.
+    OePlain,
     /// Overall error, mean over eight snapshots.
     OePathMean,
     /// True positive rate.
@@ -41,6 +43,7 @@ impl Measure {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Oe => "OE",
+            Self::OePlain => "plain OE",
             Self::OePathMean => "path-mean OE",
             Self::Tpr => "TPR",
             Self::Fpr => "FPR",
@@ -63,6 +66,7 @@ impl Measure {
         let last = &scores.last;
         match self {
             Self::Oe => last.oe,
+            Self::OePlain => last.oe_unexpanded,
             Self::OePathMean => scores.oe_path_mean,
             Self::Tpr => last.tpr,
             Self::Fpr => last.fpr,

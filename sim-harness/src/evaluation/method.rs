@@ -7,8 +7,9 @@ use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 
 use crate::mapping::{
-    CountingMapper, InverseSensorMapper, InverseSensorParameters, Mapper, MaxRange,
+    AllFreeMapper, CountingMapper, InverseSensorMapper, InverseSensorParameters, Mapper, MaxRange,
 };
+use crate::world::Scenario;
 
 /// A way from readings to a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +32,13 @@ pub enum Method {
     IsmTunedDropped,
     /// Tuned parameters, nothing in range taken as an object.
     IsmTunedObject,
+    /// No method: every cell of the scenario's rectangle is free.
+    AllFree,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Paper,
         Self::Plus,
         Self::PlusCarving,
@@ -45,6 +48,7 @@ impl Method {
         Self::IsmStandardObject,
         Self::IsmTunedDropped,
         Self::IsmTunedObject,
+        Self::AllFree,
     ];
 
     /// The name, as in tables and files.
@@ -60,6 +64,7 @@ impl Method {
             Self::IsmStandardObject => "ism-standard-object",
             Self::IsmTunedDropped => "ism-tuned-dropped",
             Self::IsmTunedObject => "ism-tuned-object",
+            Self::AllFree => "all-free",
         }
     }
 
@@ -73,9 +78,10 @@ impl Method {
         }
     }
 
-    /// A fresh mapper for the sensors of a configuration.
+    /// A fresh mapper of a scenario for the sensors of a configuration.
     #[must_use]
-    pub fn mapper(self, cell_m: f64, config: &Config) -> Box<dyn Mapper> {
+    pub fn mapper(self, scenario: &Scenario, config: &Config) -> Box<dyn Mapper> {
+        let cell_m = scenario.cell_m;
         let (standard, tuned) = (
             InverseSensorParameters::STANDARD,
             InverseSensorParameters::TUNED,
@@ -89,6 +95,7 @@ impl Method {
             Self::IsmStandardObject => standard.with(MaxRange::TakenAsObject),
             Self::IsmTunedDropped => tuned.with(MaxRange::Dropped),
             Self::IsmTunedObject => tuned.with(MaxRange::TakenAsObject),
+            Self::AllFree => return Box::new(AllFreeMapper::new(cell_m, &scenario.extent)),
         };
         Box::new(InverseSensorMapper::new(cell_m, config, parameters))
     }

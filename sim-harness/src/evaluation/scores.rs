@@ -47,6 +47,9 @@ pub struct Scores {
     pub cells: u64,
     /// Cells within the judged rectangle that are not classified.
     pub unknown: u64,
+    /// Updates of cells that were refused because the map would exceed the limit; above zero, the map is cut
+    /// and all figures are those of the part that is there.
+    pub cells_refused: u64,
 }
 
 /// Classified cells by truth and verdict.
@@ -91,6 +94,17 @@ fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
+/// What the figures of a map are, in lines of their own.
+pub const SCORES_IN_WORDS: &str = "\
+OE: overall error, the share of the classified cells that are wrong. Cells within 0 to 25 mm of
+    a shape are wall; the expansion with the least error is taken, map by map, as in the paper.
+Plain OE: the same with the walls as they are.
+TPR, FPR: share of the classified wall cells, and of the classified free cells, that are
+    occupied, at the expansion of OE. J: TPR less FPR.
+Recall: share of the visible surface with an occupied cell within 15 mm.
+Coverage: share of the visible free space that is classified.
+all-free: the map that is free everywhere. Its error is low: no error says much alone.";
+
 impl Scores {
     /// Judges a map.
     #[must_use]
@@ -130,6 +144,7 @@ impl Scores {
             coverage: coverage(map, truth),
             cells,
             unknown: judged_cells(map, truth).saturating_sub(cells),
+            cells_refused: map.refused(),
         }
     }
 }
@@ -199,7 +214,7 @@ impl fmt::Display for Scores {
         let share = |share| figure(share, 2);
         write!(
             f,
-            "OE {:5} % (walls +{:2.0} mm; +0 mm {:5} %)  TPR {:5}  FPR {:5}  J {:5}  \
+            "OE {:5} % (walls +{:2.0} mm)  plain OE {:5} %  TPR {:5}  FPR {:5}  J {:5}  \
              recall {:5}  coverage {:5}  classified {:6}  unknown {:6}",
             percent(self.oe),
             1000.0 * self.best_expansion_m,
@@ -211,7 +226,11 @@ impl fmt::Display for Scores {
             share(self.coverage),
             self.cells,
             self.unknown,
-        )
+        )?;
+        match self.cells_refused {
+            0 => Ok(()),
+            refused => write!(f, "  MAP CUT: {refused} updates of cells refused"),
+        }
     }
 }
 
@@ -320,7 +339,7 @@ mod tests {
         let line = Scores::of(&map(|_| 0.0), &truth()).to_string();
         assert_eq!(
             line,
-            "OE   3.8 % (walls + 0 mm; +0 mm   3.8 %)  TPR  0.00  FPR  0.00  J  0.00  \
+            "OE   3.8 % (walls + 0 mm)  plain OE   3.8 %  TPR  0.00  FPR  0.00  J  0.00  \
              recall  0.00  coverage  1.00  classified    800  unknown      0"
         );
     }

@@ -196,6 +196,7 @@ impl<'s> Witness<'s> {
         let (low, high) = (self.centre - reach, self.centre + reach);
         let corners = (cells.cell_at(low.x, low.y), cells.cell_at(high.x, high.y));
         let (Some(low), Some(high)) = corners else {
+            // Farther away than any judged rectangle: nothing of it is in view.
             return Vec::new();
         };
         (low.row..=high.row)

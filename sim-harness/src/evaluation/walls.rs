@@ -1,12 +1,15 @@
 //! Walls beside a drive whose world nobody measured.
 
 use core::fmt;
+use core::ops::Range;
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use super::Line;
 use super::legs::legs;
+use super::mapped_sides::is_mapped;
+use super::nearest_segment::SegmentTree;
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -56,6 +59,55 @@ pub struct WallSide {
     pub rms_all_m: Option<f64>,
     /// Whether a wall is claimed: covered length of at least [`WALL_COVERED_M`].
     pub claimed: bool,
+    /// Whether the map knows any cell on this side of the path; otherwise nothing can be
+    /// said of walls there.
+    pub mapped: bool,
+}
+
+/// A map and the path through it, where the path may jump.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// The map in which walls are looked for.
+    pub map: &'a Map,
+    /// The map without the robot's footprint, which says where anything was sensed.
+    pub counted: &'a Map,
+    /// The robot's places in order, metres.
+    pub path: &'a [(f64, f64)],
+    /// The places to which the robot did not drive from the place before, by index, in
+    /// order: the path has no segment there.
+    pub jumps: &'a [usize],
+}
+
+impl<'a> Surroundings<'a> {
+    /// A map without a footprint, and a path without jumps.
+    #[must_use]
+    pub const fn new(map: &'a Map, path: &'a [(f64, f64)]) -> Self {
+        Self {
+            map,
+            counted: map,
+            path,
+            jumps: &[],
+        }
+    }
+
+    /// Whether the robot drove along a segment, which ends at the place after it.
+    fn is_driven(&self, segment: usize) -> bool {
+        self.jumps.binary_search(&(segment + 1)).is_err()
+    }
+
+    /// The nearly straight legs of each piece of the path, as ranges of segments, in order.
+    fn legs(&self, path: &[Vector]) -> Vec<Range<usize>> {
+        let starts = core::iter::once(&0).chain(self.jumps);
+        let ends = self.jumps.iter().copied().chain([path.len()]);
+        starts
+            .zip(ends)
+            .flat_map(|(&start, end)| {
+                let piece = legs(path.get(start..end).unwrap_or_default());
+                let shifted = |leg: Range<usize>| leg.start + start..leg.end + start;
+                piece.into_iter().map(shifted).collect::<Vec<_>>()
+            })
+            .collect()
+    }
 }
 
 impl WallReport {
@@ -67,67 +119,97 @@ impl WallReport {
     /// Exhaustive over pairs of cells within a cap, so the same map gives the same
     /// report.
     #[must_use]
-    pub fn of(map: &Map, path: &[(f64, f64)]) -> Self {
-        Self::beside(map, &vectors(path), |_| true)
+    pub fn of(surroundings: &Surroundings<'_>) -> Self {
+        let path = vectors(surroundings.path);
+        let whole = 0..path.len().saturating_sub(1);
+        let mut sides = Sides::of_legs(surroundings, &path, std::slice::from_ref(&whole));
+        let sides = sides.pop().unwrap_or_default();
+        sides.report(surroundings, &path, &whole)
     }
 
     /// The same for each nearly straight leg of the path by itself, in order.
     ///
     /// A straight wall cannot follow a bend: a robot that goes round a box has one of
     /// its faces beside each leg. A cell belongs to the leg of its nearest segment. A
-    /// leg ends where the path would stray more than 50 mm from a straight line.
+    /// leg ends where the path would stray more than 50 mm from a straight line, and
+    /// where it jumps.
     #[must_use]
-    pub fn by_leg(map: &Map, path: &[(f64, f64)]) -> Vec<Self> {
-        let path = vectors(path);
-        legs(&path)
-            .into_iter()
-            .map(|leg| Self::beside(map, &path, |segment| leg.contains(&segment)))
+    pub fn by_leg(surroundings: &Surroundings<'_>) -> Vec<Self> {
+        let path = vectors(surroundings.path);
+        let legs = surroundings.legs(&path);
+        let sides = Sides::of_legs(surroundings, &path, &legs);
+        let pairs = sides.iter().zip(&legs);
+        pairs
+            .map(|(sides, leg)| sides.report(surroundings, &path, leg))
             .collect()
     }
+}
 
-    fn beside(map: &Map, path: &[Vector], is_wanted: impl Fn(usize) -> bool) -> Self {
-        let (mut left, mut right) = (Vec::new(), Vec::new());
+/// The occupied cells left and right of a leg of the path.
+#[derive(Clone, Debug, Default)]
+struct Sides {
+    left: Vec<Vector>,
+    right: Vec<Vector>,
+}
+
+impl Sides {
+    /// Gives each occupied cell to the leg of its nearest segment.
+    fn of_legs(
+        surroundings: &Surroundings<'_>,
+        path: &[Vector],
+        legs: &[Range<usize>],
+    ) -> Vec<Self> {
+        let map = surroundings.map;
+        let tree = SegmentTree::new(path, |segment| surroundings.is_driven(segment));
+        let mut all = vec![Self::default(); legs.len()];
         for (cell, p_occ) in map.iter() {
             if Occupancy::of(*p_occ) != Occupancy::Occupied {
                 continue;
             }
             let (x, y) = map.centre(cell);
             let centre = Vector::new(x, y);
-            match nearest_segment(path, centre) {
-                Some((segment, is_left)) if is_wanted(segment) => {
-                    if is_left { &mut left } else { &mut right }.push(centre);
-                }
-                _ => {}
+            let Some((segment, is_left)) = tree.nearest(centre) else {
+                continue;
+            };
+            let number = legs.partition_point(|leg| leg.end <= segment);
+            let is_inside = legs.get(number).is_some_and(|leg| leg.contains(&segment));
+            if let Some(sides) = all.get_mut(number).filter(|_| is_inside) {
+                let side = if is_left {
+                    &mut sides.left
+                } else {
+                    &mut sides.right
+                };
+                side.push(centre);
             }
         }
-        Self {
-            left: WallSide::of(&left),
-            right: WallSide::of(&right),
+        all
+    }
+
+    fn report(
+        &self,
+        surroundings: &Surroundings<'_>,
+        path: &[Vector],
+        leg: &Range<usize>,
+    ) -> WallReport {
+        let driven = leg
+            .clone()
+            .filter(|segment| surroundings.is_driven(*segment));
+        let side = |places: &[Vector], is_left| WallSide {
+            mapped: !places.is_empty()
+                || driven
+                    .clone()
+                    .any(|segment| is_mapped(surroundings.counted, path, segment, is_left)),
+            ..WallSide::of(places)
+        };
+        WallReport {
+            left: side(&self.left, true),
+            right: side(&self.right, false),
         }
     }
 }
 
 fn vectors(path: &[(f64, f64)]) -> Vec<Vector> {
     path.iter().map(|(x, y)| Vector::new(*x, *y)).collect()
-}
-
-/// The segment of a path that is nearest to a place, and whether that lies left of it.
-fn nearest_segment(path: &[Vector], place: Vector) -> Option<(usize, bool)> {
-    let segments = path.iter().zip(path.iter().skip(1)).enumerate();
-    let nearest = segments
-        .filter_map(|(index, (from, to))| {
-            let way = *to - *from;
-            let squared = way.dot(way);
-            if squared <= 0.0 {
-                return None;
-            }
-            let from_start = place - *from;
-            let share = (from_start.dot(way) / squared).clamp(0.0, 1.0);
-            let distance = (from_start - way.scaled(share)).norm();
-            Some((distance, (index, way.cross(from_start) > 0.0)))
-        })
-        .min_by(|(a, _), (b, _)| a.total_cmp(b));
-    nearest.map(|(_, found)| found)
 }
 
 impl WallSide {
@@ -155,6 +237,7 @@ impl WallSide {
             rms_all_m: line.rms_m(places),
             // Half a bin of tolerance: 15 bins times 10 mm may round below 150 mm.
             claimed: covered_m > WALL_COVERED_M - 0.5 * BIN_M,
+            mapped: true,
         }
     }
 }
@@ -232,7 +315,11 @@ impl fmt::Display for WallReport {
 
 impl fmt::Display for WallSide {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = if self.claimed { "wall" } else { "no wall" };
+        let verdict = match (self.mapped, self.claimed) {
+            (_, true) => "wall",
+            (true, false) => "no wall",
+            (false, false) => return f.write_str("not mapped: no cell beside the path is known"),
+        };
         let millimetres = |metres: Option<f64>| match metres {
             Some(metres) => format!("{:.1} mm", 1000.0 * metres),
             None => "n/a".to_owned(),
@@ -275,6 +362,10 @@ mod tests {
         map
     }
 
+    fn of(map: &Map, path: &[(f64, f64)]) -> WallReport {
+        WallReport::of(&Surroundings::new(map, path))
+    }
+
     #[test]
     fn a_noisy_wall_with_outliers_is_found_on_its_side() {
         for seed in 1..=3 {
@@ -286,7 +377,7 @@ mod tests {
                 places.push((x, 0.150 + 0.1 * x + 0.004 * noise));
             }
             places.extend([(0.1, 0.02), (0.3, 0.3), (0.5, 0.04), (0.2, -0.1)]);
-            let report = WallReport::of(&map(places), &PATH);
+            let report = of(&map(places), &PATH);
             let wall = report.left;
             assert!(
                 wall.claimed && !report.right.claimed,
@@ -311,7 +402,7 @@ mod tests {
     #[test]
     fn short_walls_are_not_claimed() {
         let cells = |count: u8| (0..count).map(|index| (0.005 + 0.01 * f64::from(index), -0.1));
-        let side = |count| WallReport::of(&map(cells(count)), &PATH).right;
+        let side = |count| of(&map(cells(count)), &PATH).right;
         assert!(side(15).claimed, "{}", side(15));
         assert!(!side(14).claimed, "{}", side(14));
         assert_eq!(side(3).line, None, "no pair is 50 mm apart");
@@ -321,7 +412,7 @@ mod tests {
     fn sides_follow_the_path_round_a_corner() {
         let path = [(0.0, 0.0), (0.5, 0.0), (0.5, 0.5)];
         let map = map([(0.2, 0.105), (0.395, 0.3), (0.605, 0.3), (0.605, -0.1)]);
-        let report = WallReport::of(&map, &path);
+        let report = of(&map, &path);
         assert_eq!((report.left.occupied, report.right.occupied), (2, 2));
     }
 
@@ -331,9 +422,9 @@ mod tests {
         let along_x = (0..35).map(|index| (0.005 + 0.01 * f64::from(index), -0.105));
         let along_y = (0..20).map(|index| (0.395, -0.155 - 0.01 * f64::from(index)));
         let map = map(along_x.chain(along_y));
-        let whole = WallReport::of(&map, &path).right;
+        let whole = of(&map, &path).right;
         assert!(whole.share.unwrap() < 0.7, "{whole}");
-        let legs = WallReport::by_leg(&map, &path);
+        let legs = WallReport::by_leg(&Surroundings::new(&map, &path));
         assert_eq!(legs.len(), 2);
         for leg in legs {
             assert!(
@@ -346,10 +437,10 @@ mod tests {
 
     #[test]
     fn an_empty_map_and_an_empty_path_make_an_empty_report() {
-        let empty = WallReport::of(&map([]), &PATH);
+        let empty = of(&map([]), &PATH);
         assert_eq!(empty.left, WallSide::default());
         assert!(!empty.to_string().contains("NaN"), "{empty}");
-        let still = WallReport::of(&map([(0.1, 0.1)]), &PATH[..2]);
+        let still = of(&map([(0.1, 0.1)]), &PATH[..2]);
         assert_eq!(still.left.occupied + still.right.occupied, 0);
     }
 
@@ -359,5 +450,46 @@ mod tests {
         assert_eq!(thinned(&items, 1000).len(), 501);
         assert_eq!(thinned(&items, 2000).len(), 1001);
         assert!(thinned::<u32>(&[], 10).is_empty());
+    }
+
+    #[test]
+    fn no_leg_leads_along_a_jump_and_none_that_was_never_mapped_is_called_no_wall() {
+        let path = [(0.0, 0.0), (0.3, 0.0), (85.0, 85.0), (85.3, 85.0)];
+        let mut map = map((0..30).map(|index| (0.005 + 0.01 * f64::from(index), 0.105)));
+        // The other side of the first piece was sensed and is free.
+        let free = map.cell_at(0.1, -0.1).unwrap();
+        *map.reach(free).unwrap() = 0.0;
+        let surroundings = Surroundings {
+            jumps: &[2],
+            ..Surroundings::new(&map, &path)
+        };
+        let legs = WallReport::by_leg(&surroundings);
+        assert_eq!(legs.len(), 2, "{legs:?}");
+        let sides = legs.iter().flat_map(|leg| [leg.left, leg.right]);
+        let verdicts = ["wall", "no wall", "not mapped", "not mapped"];
+        for (side, verdict) in sides.zip(verdicts) {
+            assert!(side.to_string().starts_with(verdict), "{verdict}: {side}");
+        }
+        // The cells of the wall are beside the way, not beside the jump.
+        assert_eq!(WallReport::of(&surroundings).left.occupied, 30);
+    }
+
+    #[test]
+    fn a_footprint_alone_maps_no_side() {
+        let path = [(0.0, 0.0), (0.3, 0.0)];
+        let nothing = map([]);
+        let mut footprint = map([]);
+        for column in 0..30 {
+            for row in -5..5 {
+                *footprint
+                    .reach(crate::mapping::Cell { row, column })
+                    .unwrap() = 0.0;
+            }
+        }
+        let report = WallReport::of(&Surroundings {
+            counted: &nothing,
+            ..Surroundings::new(&footprint, &path)
+        });
+        assert!(!report.left.mapped && !report.right.mapped, "{report}");
     }
 }

@@ -2,7 +2,7 @@
 
 use amiro_ipf::geometry::{Point, Rotation};
 
-use crate::mapping::Map;
+use crate::mapping::{MAX_CELLS, Map};
 
 use super::lettering::{INK, Lettering};
 use super::picture::{Colour, PAPER, Picture};
@@ -32,7 +32,7 @@ const NARROWEST: usize = 320;
 const TITLE_LINES: usize = 3;
 
 /// Radius of AMiRo's round body, metres.
-const ROBOT_RADIUS_M: f64 = 0.05;
+const AMIRO_RADIUS_M: f64 = 0.05;
 
 /// Width of path and outlines, pixels.
 const PEN_PX: f64 = 2.0;
@@ -53,6 +53,11 @@ pub struct MapPicture<'a> {
     /// The picture is made large enough to hold it and the robot at its end; points that
     /// are no numbers are left out.
     pub path: &'a [(f64, f64)],
+    /// The points of the path to which no line leads from the point before, by index, in
+    /// order.
+    pub jumps: &'a [usize],
+    /// Radius of the robot's hull, metres; without it, AMiRo's.
+    pub robot_radius_m: Option<f64>,
     /// Where the robot looks at the end of its path; without it, a circle has no arrow.
     pub final_heading_rad: Option<f64>,
     /// Closed polygons of what is truly there, metres; cut where the picture ends.
@@ -84,7 +89,7 @@ impl MapPicture<'_> {
     #[must_use]
     pub(crate) fn render_sized(&self, map: &Map, side_px: usize) -> Picture {
         let Some(known) = Window::known(map) else {
-            return self.framed(&unknown(), None);
+            return self.framed(&unknown(), None, map);
         };
         let window = self
             .path
@@ -97,7 +102,7 @@ impl MapPicture<'_> {
         let raster = Raster::new(&window, map.cell_m(), side_px);
         let mut drawing = raster.cells(map, &window);
         self.draw_lines(&mut drawing, &raster);
-        self.framed(&drawing, Some(raster.pixel_m()))
+        self.framed(&drawing, Some(raster.pixel_m()), map)
     }
 
     /// The last point of the path that is one.
@@ -112,7 +117,8 @@ impl MapPicture<'_> {
     /// Two corners of the square around the robot at its path's end.
     fn robot_corners(&self) -> impl Iterator<Item = (f64, f64)> {
         let end = self.end();
-        [-ROBOT_RADIUS_M, ROBOT_RADIUS_M]
+        let radius_m = self.robot_radius_m.unwrap_or(AMIRO_RADIUS_M);
+        [-radius_m, radius_m]
             .into_iter()
             .filter_map(move |radius| end.map(|(x, y)| (x + radius, y + radius)))
     }
@@ -129,7 +135,11 @@ impl MapPicture<'_> {
 
         let mut blue = Stroke::new(width, height);
         let path = || self.path.iter().map(|point| raster.place(*point));
-        blue.line(path(), PEN_PX);
+        let starts = core::iter::once(&0).chain(self.jumps);
+        let ends = self.jumps.iter().copied().chain([self.path.len()]);
+        for (&start, end) in starts.zip(ends) {
+            blue.line(path().take(end).skip(start), PEN_PX);
+        }
         blue.line(
             path().find(|place| place.0.is_finite() && place.1.is_finite()),
             START_PX,
@@ -142,6 +152,7 @@ impl MapPicture<'_> {
 
     /// The body's circle, and an arrow from its centre to its front.
     fn draw_robot(&self, stroke: &mut Stroke, raster: &Raster, centre: (f64, f64)) {
+        let robot_m = self.robot_radius_m.unwrap_or(AMIRO_RADIUS_M);
         let around = |radians: f32, radius_m: f64| {
             // The core's sine, which is the same on every machine.
             let direction = Point::new(1.0, 0.0).rotated(Rotation::by(radians));
@@ -152,37 +163,44 @@ impl MapPicture<'_> {
         };
         let corner = core::f32::consts::TAU / f32::from(CIRCLE_CORNERS);
         let circle = (0..=CIRCLE_CORNERS).map(|index| f32::from(index) * corner);
-        stroke.line(
-            circle.map(|radians| around(radians, ROBOT_RADIUS_M)),
-            PEN_PX,
-        );
+        stroke.line(circle.map(|radians| around(radians, robot_m)), PEN_PX);
         let Some(heading) = self.final_heading_rad.filter(|heading| heading.is_finite()) else {
             return;
         };
         // Within a turn first: a float of a large angle has lost its direction.
         let heading = (heading % core::f64::consts::TAU) as f32;
-        let tip = around(heading, 0.9 * ROBOT_RADIUS_M);
-        let barb = |side: f32| around(heading + side, 0.6 * ROBOT_RADIUS_M);
+        let tip = around(heading, 0.9 * robot_m);
+        let barb = |side: f32| around(heading + side, 0.6 * robot_m);
         stroke.line([around(heading, 0.0), tip], PEN_PX);
         stroke.line([barb(0.5), tip, barb(-0.5)], PEN_PX);
     }
 
-    /// The drawing on paper: title above, below it a scale bar for pixels of that size.
-    fn framed(&self, drawing: &Picture, pixel_m: Option<f64>) -> Picture {
+    /// The drawing on paper: title above, with a warning if the map is cut; below it a
+    /// scale bar for pixels of that size.
+    fn framed(&self, drawing: &Picture, pixel_m: Option<f64>, map: &Map) -> Picture {
         let letters = Lettering::LARGE;
         let room = drawing.width().max(NARROWEST);
         let title = self
             .title
             .map(|title| letters.wrapped(title, room, TITLE_LINES))
             .unwrap_or_default();
-        let head = title.len() * letters.height() + if title.is_empty() { 0 } else { 6 };
+        let warning = match map.refused() {
+            0 => Vec::new(),
+            refused => letters.wrapped(&cut_in_words(refused), room, TITLE_LINES),
+        };
+        let lines = || {
+            let title = title.iter().map(|line| (line, INK));
+            title.chain(warning.iter().map(|line| (line, OUTLINE)))
+        };
+        let count = lines().count();
+        let head = count * letters.height() + if count == 0 { 0 } else { 6 };
         let foot_y = BORDER + head + drawing.height();
         let foot = pixel_m.map_or(0, |_| BORDER + Lettering::SMALL.height());
         let height = foot_y + foot + BORDER;
         let mut picture = Picture::new(room + 2 * BORDER, height, PAPER);
-        for (index, line) in title.iter().enumerate() {
+        for (index, (line, colour)) in lines().enumerate() {
             let y = BORDER + index * letters.height();
-            letters.draw(&mut picture, BORDER, y, line, INK);
+            letters.draw(&mut picture, BORDER, y, line, colour);
         }
         picture.paste(BORDER, BORDER + head, drawing);
         if let Some(pixel_m) = pixel_m {
@@ -190,6 +208,11 @@ impl MapPicture<'_> {
         }
         picture
     }
+}
+
+/// What a picture says of a map that is cut.
+fn cut_in_words(refused: u64) -> String {
+    format!("MAP CUT at {MAX_CELLS} cells: {refused} updates of cells refused")
 }
 
 /// What is drawn for a map without a known cell.
@@ -357,8 +380,10 @@ mod tests {
         let outlines = [vec![(0.01, 0.01), (0.03, 0.012), (0.02, 0.04)]];
         let render = || {
             let picture = MapPicture {
+                robot_radius_m: None,
                 title: Some("twice"),
                 path: &path,
+                jumps: &[],
                 final_heading_rad: Some(0.4),
                 outlines: &outlines,
                 window: None,
@@ -396,6 +421,40 @@ mod tests {
             ..MapPicture::default()
         };
         assert!(titled.render(&grid).height() > picture.height());
+    }
+
+    #[test]
+    fn a_map_that_is_cut_says_so_in_red() {
+        let mut grid = map(0.01, &["#"]);
+        let whole = MapPicture::default().render(&grid);
+        assert_eq!(count(&whole, OUTLINE), 0);
+        assert!(grid.reach_at(9e5, 9e5).is_none());
+        let cut = MapPicture::default().render(&grid);
+        assert!(count(&cut, OUTLINE) > 100, "{}", count(&cut, OUTLINE));
+        assert!(cut.height() > whole.height());
+    }
+
+    #[test]
+    fn no_line_leads_across_a_jump_of_the_path() {
+        let grid = map(0.01, &[".........."; 10]);
+        let path = [(0.005, 0.05), (0.02, 0.05), (0.08, 0.05), (0.095, 0.05)];
+        let between = |jumps| {
+            let picture = MapPicture {
+                path: &path,
+                jumps,
+                ..MapPicture::default()
+            }
+            .render(&grid);
+            // The picture begins five cells before the map's first.
+            let column = |x: f64| BORDER + ((x + 0.05) * 2400.0).round() as usize;
+            let rows = 0..picture.height();
+            let blue = rows
+                .flat_map(|y| (column(0.03)..column(0.04)).map(move |x| (x, y)))
+                .filter(|(x, y)| picture.pixel(*x, *y) == Some(PATH));
+            blue.count()
+        };
+        assert!(between(&[]) > 20, "{}", between(&[]));
+        assert_eq!(between(&[2]), 0);
     }
 
     #[test]

@@ -215,15 +215,19 @@ impl Account {
         if let Some(last) = self.last {
             let sent = u64::from(mark.sent.wrapping_sub(last.sent));
             let dropped = u64::from(mark.dropped.wrapping_sub(last.dropped));
-            self.dropped += dropped;
-            let agrees = match (sent + dropped).checked_sub(self.next - last.number) {
-                Some(more) if more % (1 << 16) == 0 => {
+            let more = (sent + dropped).checked_sub(self.next - last.number);
+            let more = more.filter(|more| {
+                let numbers = self.next + more - self.begin;
+                more % (1 << 16) == 0 && self.received + self.dropped + dropped <= numbers
+            });
+            match more {
+                Some(more) => {
                     self.go_on(more);
-                    self.received + self.dropped <= self.next - self.begin
+                    self.dropped += dropped;
                 }
-                _ => false,
-            };
-            self.contradicted += u64::from(!agrees);
+                // Which of the counts is wrong is not known: none of them is taken.
+                None => self.contradicted += 1,
+            }
             mark.number = self.next;
         }
         self.last = Some(mark);

@@ -13,14 +13,31 @@ use amiro_ipf::wire::{
     Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
 };
 
+use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
 use super::junk::JunkWatch;
-use super::{Account, FrameTally, LineTally, LossyLine};
+use super::{Account, FrameTally, Interrupt, LineTally, LossyLine};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
 
 /// How long a board may take to come up.
 const BOOT_DEADLINE: Duration = Duration::from_secs(10);
+
+/// How long nobody looks whether the user wants to end, at most.
+const INTERRUPTED_WITHIN: Duration = Duration::from_millis(100);
+
+/// Pieces of received bytes that wait to be read, at most.
+const MOST_WAITING: usize = 1024;
+
+/// Bytes without a zero byte that are kept, at most: more are no frame.
+const LONGEST_PIECE: usize = 4 * MAX_FRAME;
+
+/// Between two greetings of a board that does not answer.
+const GREETING_PERIOD: Duration = Duration::from_millis(500);
+
+/// Greetings without an answer after which a board of another version is believed to be
+/// one.
+const UNANSWERED_GREETINGS: u32 = 2;
 
 /// Boot id of the frames that a host sends; a board's own counts from 0.
 const HOST_BOOT_ID: u8 = 0xa5;
@@ -36,8 +53,12 @@ pub enum LinkError {
     Write(std::io::Error),
     /// It closed the stream: the device is gone, not silent.
     Gone,
+    /// The user ended the program: see [`Interrupt`].
+    Interrupted,
     /// It said nothing that can be read within the deadline.
     NoBoot,
+    /// Answers came within the deadline, and none to this session's greeting.
+    OtherSession,
     /// It speaks another version of the protocol.
     Version {
         /// The board's version.
@@ -68,9 +89,16 @@ impl fmt::Display for LinkError {
                 "more than half of what comes is no frame: this looks like a wrong baud rate",
             ),
             Self::Gone => f.write_str("the board closed the link"),
+            Self::Interrupted => f.write_str("interrupted"),
             Self::NoBoot => write!(
                 f,
                 "the board did not introduce itself within {} s (wrong port or baud rate?)",
+                BOOT_DEADLINE.as_secs()
+            ),
+            Self::OtherSession => write!(
+                f,
+                "no answer to this session's greeting within {} s: what comes answers an \
+                 earlier session or another host",
                 BOOT_DEADLINE.as_secs()
             ),
             Self::Version { board } => write!(
@@ -109,7 +137,7 @@ impl Transport {
         writer: impl Write + Send + 'static,
         keep: impl Send + 'static,
     ) -> Self {
-        let (sender, incoming) = sync_channel(1024);
+        let (sender, incoming) = sync_channel(MOST_WAITING);
         thread::spawn(move || pump(&mut reader, &sender));
         Self {
             outgoing: Box::new(writer),
@@ -150,15 +178,20 @@ pub struct Board {
     unread: std::vec::IntoIter<u8>,
     decoder: Decoder,
     encoder: Encoder,
-    boot: Option<Boot>,
-    boot_id: Option<u8>,
-    offsets: Option<OffsetReport>,
-    post_mortem: Option<PostMortem>,
+    numbers: Numbers,
+    greeted: Option<Answerer>,
     account: Account,
     junk: JunkWatch,
     /// Bytes since the last piece ended.
     piece_bytes: u64,
     raw: Vec<u8>,
+    /// Bytes of `raw` since its last zero byte.
+    raw_piece: usize,
+    /// Whether `raw` is wanted: not while the board is greeted.
+    keeps_raw: bool,
+    /// Pieces that were received in a row after a deadline had passed.
+    late: usize,
+    interrupt: Option<Interrupt>,
     /// Whatever must live as long as the board: an emulator's process.
     _keep: Box<dyn Send>,
 }
@@ -195,14 +228,16 @@ impl Board {
             unread: Vec::new().into_iter(),
             decoder: Decoder::new(),
             encoder: Encoder::new(HOST_BOOT_ID),
-            boot: None,
-            boot_id: None,
-            offsets: None,
-            post_mortem: None,
+            numbers: random_numbers(),
+            greeted: None,
             account: Account::new(),
             junk: JunkWatch::default(),
             piece_bytes: 0,
             raw: Vec::new(),
+            raw_piece: 0,
+            keeps_raw: true,
+            late: 0,
+            interrupt: None,
             _keep: Box::new(keep),
         }
     }
@@ -216,6 +251,27 @@ impl Board {
             since: Instant::now(),
         });
         self
+    }
+
+    /// Begins each greeting with a number from `numbers` instead of a random one.
+    #[must_use]
+    pub fn numbered_by(mut self, numbers: impl FnMut() -> u16 + Send + 'static) -> Self {
+        self.numbers = Box::new(numbers);
+        self
+    }
+
+    /// Ends all waiting for the board with [`LinkError::Interrupted`] when `interrupt` is
+    /// requested.
+    #[must_use]
+    pub fn ended_by(mut self, interrupt: Interrupt) -> Self {
+        self.interrupt = Some(interrupt);
+        self
+    }
+
+    /// Whether the user has asked to end.
+    pub(super) fn is_interrupted(&self) -> bool {
+        let interrupt = self.interrupt.as_ref();
+        interrupt.is_some_and(Interrupt::is_requested)
     }
 
     /// What the faulty line did, to the board and from it.
@@ -259,21 +315,48 @@ impl Board {
         self.junk.is_mostly_junk()
     }
 
-    /// Greets the board until it introduces itself.
+    /// Greets the board until it introduces itself in answer to this session.
+    ///
+    /// Twice, with two random numbers; whatever comes before the second answer, of this
+    /// board or another, is left out of the session: frames, raw bytes, account.
     ///
     /// # Errors
-    /// [`LinkError::NoBoot`], [`LinkError::Version`], [`LinkError::Junk`], or a broken
-    /// link.
+    /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
+    /// [`LinkError::Junk`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
-        self.greet_within(BOOT_DEADLINE)
+        // What comes before the answer is not kept: it may be any number of bytes.
+        self.keeps_raw = false;
+        self.clear_raw();
+        let greeted = self.greet_within(BOOT_DEADLINE);
+        self.keeps_raw = true;
+        greeted
     }
 
     fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
         let deadline = Instant::now() + patience;
+        let mut first = self.greet_once(deadline)?;
+        loop {
+            let second = self.greet_once(deadline)?;
+            // Another boot: the first answer was of an earlier session, or the board was
+            // reset between the two.
+            if second.boot_id == first.boot_id {
+                let boot = second.boot;
+                self.greeted = Some(second);
+                return Ok(boot);
+            }
+            first = second;
+        }
+    }
+
+    /// One greeting with a number of its own, repeated until it is answered.
+    fn greet_once(&mut self, deadline: Instant) -> Result<Answerer, LinkError> {
+        self.encoder = Encoder::numbered_from(HOST_BOOT_ID, (self.numbers)());
+        let mut greeting = Greeting::default();
+        let mut unanswered = 0;
         // What a board is sent before its line is up is lost: ask again and again.
         while Instant::now() < deadline {
-            self.send(&Input::Hello)?;
-            let next_greeting = deadline.min(Instant::now() + Duration::from_millis(500));
+            let hello = self.send(&Input::Hello)?;
+            let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
                 if self.take_junk() {
                     return Err(LinkError::Junk);
@@ -281,62 +364,50 @@ impl Board {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
-                match &frame.message {
-                    Message::Event(Event::Boot(boot)) => {
-                        let boot = *boot;
-                        self.boot = Some(boot);
-                        self.boot_id = Some(frame.boot_id);
-                        self.offsets = None;
-                        self.post_mortem = None;
-                        if boot.wire_version != WIRE_VERSION {
-                            return Err(LinkError::Version {
-                                board: boot.wire_version,
-                            });
-                        }
-                    }
-                    Message::Event(Event::Offsets(offsets)) => self.offsets = Some(*offsets),
-                    Message::Event(Event::PostMortem(record)) => {
-                        self.post_mortem = Some(record.clone());
-                    }
-                    // The answer to the greeting: everything before it is behind us.
-                    Message::Event(Event::Answer { input, .. })
-                        if *input == self.encoder.sequence().wrapping_sub(1) =>
-                    {
-                        if let Some(boot) = self.boot {
-                            self.account = Account::after(&frame);
-                            self.raw.clear();
-                            return Ok(boot);
-                        }
-                    }
-                    _ => {}
+                if let Some(board) = greeting.take(&frame, hello) {
+                    check_version(&board.boot)?;
+                    self.account = Account::after(&frame);
+                    return Ok(board);
                 }
             }
+            // A board of another version introduces itself after its reset and may not
+            // understand the greeting.
+            unanswered += u32::from(greeting.last_boot().is_some());
+            if unanswered == UNANSWERED_GREETINGS
+                && let Some(boot) = greeting.last_boot()
+            {
+                check_version(boot)?;
+            }
         }
-        Err(LinkError::NoBoot)
+        Err(if greeting.answers_others() {
+            LinkError::OtherSession
+        } else {
+            LinkError::NoBoot
+        })
     }
 
     /// How the board introduced itself.
     #[must_use]
     pub fn boot(&self) -> Option<&Boot> {
-        self.boot.as_ref()
+        self.greeted.as_ref().map(|board| &board.boot)
     }
 
     /// The boot that the board was greeted in; another one later is a restart.
     #[must_use]
     pub fn boot_id(&self) -> Option<u8> {
-        self.boot_id
+        self.greeted.as_ref().map(|board| board.boot_id)
     }
 
     /// The offsets that the board had when it was greeted; `None` if it had none yet.
     #[must_use]
     pub fn offsets(&self) -> Option<&OffsetReport> {
-        self.offsets.as_ref()
+        self.greeted.as_ref()?.offsets.as_ref()
     }
 
     /// How the life before that of the greeting ended, if it ended by itself.
     #[must_use]
     pub fn post_mortem(&self) -> Option<&PostMortem> {
-        self.post_mortem.as_ref()
+        self.greeted.as_ref()?.post_mortem.as_ref()
     }
 
     /// Frames of the board that were lost on the line since the greeting.
@@ -352,8 +423,34 @@ impl Board {
     }
 
     /// Takes the bytes that were received since the greeting or the last call.
+    ///
+    /// Of bytes without a zero byte the first 512 are kept: no frame is as long.
     pub fn take_raw(&mut self) -> Vec<u8> {
+        self.raw_piece = 0;
         std::mem::take(&mut self.raw)
+    }
+
+    /// The same up to the last zero byte: a frame that is amid its bytes is not cut.
+    pub(super) fn take_whole_raw(&mut self) -> Vec<u8> {
+        let end = self.raw.iter().rposition(|byte| *byte == 0);
+        let rest = self.raw.split_off(end.map_or(0, |zero| zero + 1));
+        std::mem::replace(&mut self.raw, rest)
+    }
+
+    fn clear_raw(&mut self) {
+        self.raw.clear();
+        self.raw_piece = 0;
+    }
+
+    fn keep_raw(&mut self, byte: u8) {
+        if byte == 0 {
+            self.raw_piece = 0;
+        } else if self.raw_piece < LONGEST_PIECE {
+            self.raw_piece += 1;
+        } else {
+            return;
+        }
+        self.raw.push(byte);
     }
 
     /// The board's next event.
@@ -398,8 +495,10 @@ impl Board {
         loop {
             // One frame at a time: what is raw then always ends where the frames end
             // that were handed on, whatever the pieces in which bytes arrive.
-            for byte in self.unread.by_ref() {
-                self.raw.push(byte);
+            while let Some(byte) = self.unread.next() {
+                if self.keeps_raw {
+                    self.keep_raw(byte);
+                }
                 self.piece_bytes += 1;
                 let received = self.decoder.push(byte);
                 if received.is_none() && self.piece_bytes < 4 * MAX_FRAME as u64 {
@@ -421,8 +520,25 @@ impl Board {
     }
 
     /// Bytes that have arrived, perhaps none yet; `None` at the deadline.
+    ///
+    /// What had come in time is still looked at after the deadline, and no more: a board
+    /// that never stops sending does not hold up its host.
     fn arrivals(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, LinkError> {
+        if self.is_interrupted() {
+            return Err(LinkError::Interrupted);
+        }
         let mut patience = deadline.saturating_duration_since(Instant::now());
+        if !patience.is_zero() {
+            self.late = 0;
+        } else if self.late > MOST_WAITING {
+            self.late = 0;
+            return Ok(None);
+        } else {
+            self.late += 1;
+        }
+        if self.interrupt.is_some() {
+            patience = patience.min(INTERRUPTED_WITHIN);
+        }
         if let Some(lines) = &mut self.disturbance {
             let now = lines.since.elapsed();
             write(&mut self.transport, &lines.to_board.receive(now))?;
@@ -445,7 +561,10 @@ impl Board {
                 }
             })),
             Err(RecvTimeoutError::Timeout) if Instant::now() < deadline => Ok(Some(Vec::new())),
-            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Timeout) => {
+                self.late = 0;
+                Ok(None)
+            }
             Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone),
         }
     }
@@ -459,6 +578,15 @@ impl Board {
         }
         Ok(None)
     }
+}
+
+fn check_version(boot: &Boot) -> Result<(), LinkError> {
+    if boot.wire_version == WIRE_VERSION {
+        return Ok(());
+    }
+    Err(LinkError::Version {
+        board: boot.wire_version,
+    })
 }
 
 fn write(transport: &mut Transport, bytes: &[u8]) -> Result<(), LinkError> {
@@ -534,21 +662,128 @@ mod tests {
     }
 
     #[test]
+    fn noise_without_a_zero_byte_is_neither_kept_nor_waited_for_beyond_the_deadline() {
+        let mut board = Board::over(std::io::repeat(0x55), sink(), ());
+        let start = Instant::now();
+        let deadline = start + Duration::from_millis(50);
+        assert!(board.receive_frame(deadline).unwrap().is_none());
+        assert!(start.elapsed() < Duration::from_secs(5));
+        assert!(board.take_whole_raw().is_empty());
+        assert_eq!(board.take_raw().len(), LONGEST_PIECE);
+    }
+
+    #[test]
+    fn broken_frames_without_end_are_not_waited_for_beyond_the_deadline() {
+        let broken = [0x55, 0x55, 0x55, 0].repeat(10_000_000);
+        let mut board = Board::over(Cursor::new(broken), sink(), ());
+        let deadline = Instant::now() + Duration::from_millis(50);
+        assert!(board.receive_frame(deadline).unwrap().is_none());
+        // Whole pieces can be written down while the line is amid one.
+        assert_eq!(board.take_whole_raw().last(), Some(&0));
+    }
+
+    #[test]
+    fn what_came_before_a_greeting_is_not_kept() {
+        let statuses = Encoder::new(3)
+            .encode(Outgoing::Event(&Event::Status(Status::default())))
+            .repeat(100);
+        let mut board = board_that_says(statuses, Vec::new());
+        assert!(board.greet().is_err());
+        assert!(board.take_raw().is_empty());
+    }
+
+    /// Bytes that were sent once, then silence: a tape.
+    struct Tape(Cursor<Vec<u8>>);
+
+    impl Read for Tape {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            match self.0.read(buffer)? {
+                0 => {
+                    thread::sleep(Duration::from_millis(20));
+                    Err(std::io::ErrorKind::WouldBlock.into())
+                }
+                count => Ok(count),
+            }
+        }
+    }
+
+    /// All bytes that a board sent in a session of a greeting and a configuration.
+    fn taped_session() -> Vec<u8> {
+        let (sender, sent) = std::sync::mpsc::channel();
+        let mut board = Board::in_memory(move |frame| sender.send(frame.clone()).is_ok());
+        board.greet().unwrap();
+        let start = [Input::Configure(amiro_ipf::config::Config::default())];
+        super::super::drive(&mut board, &start, |_| (), |_, _| ()).unwrap();
+        drop(board);
+        sent.into_iter().flatten().collect()
+    }
+
+    #[test]
+    fn a_tape_of_an_earlier_session_does_not_answer_a_greeting() {
+        let tape = Tape(Cursor::new(taped_session()));
+        let mut board = Board::over(tape, sink(), ());
+        let greeted = board.greet_within(Duration::from_millis(300));
+        assert!(
+            matches!(greeted, Err(LinkError::OtherSession)),
+            "{greeted:?}"
+        );
+        assert_eq!(board.boot(), None);
+    }
+
+    #[test]
+    fn stale_frames_in_front_of_the_answer_are_of_no_session() {
+        let stale = taped_session();
+        let other: Vec<u8> = {
+            let mut encoder = Encoder::new(77);
+            let boot = Event::Boot(Boot {
+                capacity: 1,
+                ..*Board::in_memory(|_| true).greet().as_ref().unwrap()
+            });
+            let answer = Event::Answer {
+                input: 0,
+                refused: None,
+            };
+            [boot, answer]
+                .iter()
+                .flat_map(|event| encoder.encode(Outgoing::Event(event)).to_vec())
+                .collect()
+        };
+        for stale in [stale, other] {
+            let mut is_first = true;
+            let mut board = Board::in_memory(move |frame| {
+                if std::mem::take(&mut is_first) {
+                    frame.splice(0..0, stale.clone());
+                }
+                true
+            });
+            let boot = board.greet().unwrap();
+            assert_eq!(boot.capacity, 8000);
+            assert_eq!(board.boot_id(), Some(0));
+            let inputs = [Input::Hello, Input::Hello];
+            let audit = super::super::drive(&mut board, &inputs, |_| (), |_, _| ()).unwrap();
+            assert_eq!(audit, super::super::AnswerAudit::default());
+            let tally = board.tally();
+            assert_eq!((tally.lost, tally.repeated, tally.broken), (0, 0, 0));
+        }
+    }
+
+    #[test]
     fn raw_bytes_begin_with_a_whole_frame_after_the_greeting() {
         let mut encoder = Encoder::new(3);
         let mut frame = |event: &Event| encoder.encode(Outgoing::Event(event)).to_vec();
-        let greeting = [
-            frame(&boot()),
-            frame(&Event::Answer {
+        let greeting = [(); 2].map(|()| {
+            let answer = Event::Answer {
                 input: 0,
                 refused: None,
-            }),
-        ]
-        .concat();
+            };
+            [frame(&boot()), frame(&answer)].concat()
+        });
+        let greeting = greeting.concat();
         let statuses = [(); 2].map(|()| frame(&Event::Status(Status::default())));
         // The first piece ends within the first status.
         let (head, tail) = statuses[0].split_at(9);
-        let mut board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());
+        let board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());
+        let mut board = board.numbered_by(|| 0);
         board.greet().unwrap();
         let deadline = Instant::now() + Duration::from_secs(1);
         for status in statuses {

@@ -1,121 +1,244 @@
-//! Holds a board's run against the host's own, payload byte for payload byte.
+//! Holds a board's run against the host's own, step by step, by the payloads' bytes.
 
-use std::fmt;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::Hasher;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::event::{BoardStatus, Boot, Event};
+use amiro_ipf::event::{Boot, Event, Particles, StepBegun, StepDone};
 use amiro_ipf::fault::Fault;
 
-/// The host's events of a run, waiting to be met in the same order.
+use super::{AnswerAudit, Equality, FrameTally, Verdict};
+
+/// The host's run, waiting for a board's or a recorded one to come in the same order.
+///
+/// A message is compared by a 64-bit hash of its payload, so that a run of an hour takes
+/// 50 MB and not a gigabyte. Particle messages may be missing, since a board drops them
+/// when its line is slow: the comparison goes on at the next message that came. Whether
+/// that is still equal, the verdicts say.
 #[derive(Debug, Default)]
 pub struct Comparison {
-    expected: Vec<Event>,
-    next: usize,
+    expected: Vec<ExpectedStep>,
+    /// Where the odometry broke off, in order.
+    breaks: Vec<u64>,
+    next_break: usize,
+    /// The step whose messages come now.
+    current: Option<CurrentStep>,
     steps: usize,
-    batches: usize,
     digests: usize,
+    batches: usize,
     particles: usize,
+    lost_batches: u64,
+    compared: u64,
     differs: Option<Difference>,
     refusals: Vec<(usize, Fault)>,
     differs_in_answers: Option<String>,
-    board: BoardStatus,
+    answers: AnswerAudit,
 }
 
-/// Where a board and the host first part.
+/// Hashes of the messages of one step of the host's run.
+#[derive(Debug)]
+struct ExpectedStep {
+    begun: u64,
+    particles: Vec<u64>,
+    done: u64,
+}
+
+/// How far a step has come.
+#[derive(Clone, Copy, Debug)]
+struct CurrentStep {
+    index: usize,
+    /// The next particle message, by its place in the step.
+    next: usize,
+    is_done: bool,
+}
+
+/// Where two runs first differ.
 #[derive(Clone, Debug, PartialEq)]
 struct Difference {
-    message: usize,
     step: Option<u32>,
-    expected: Option<&'static str>,
-    found: &'static str,
+    text: String,
 }
 
-/// What a comparison found.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
-    /// Whether everything was compared and equal.
-    pub equal: bool,
-    /// Step messages compared equal, the begin of each.
-    pub steps: usize,
-    /// Digests compared equal.
-    pub digests: usize,
-    /// Particle messages compared equal.
-    pub particle_messages: usize,
-    /// Particle outcomes in them.
-    pub particles: usize,
-    /// Steps that the host computed.
-    pub expected_steps: usize,
-    /// Why it is not equal.
-    pub reasons: Vec<String>,
-}
-
-/// What is compared: step and particle messages, and where the odometry broke off. Of
-/// answers it is compared whether and why inputs were refused; boot and status are not.
-fn is_compared(event: &Event) -> Option<&'static str> {
-    match event {
-        Event::StepBegun(_) => Some("step begins"),
-        Event::Particles(_) => Some("particles"),
-        Event::StepDone(_) => Some("step done"),
-        Event::BrokeOff { .. } => Some("odometry broke off"),
-        Event::Boot(_)
-        | Event::Configured(_)
-        | Event::Answer { .. }
-        | Event::Status(_)
-        | Event::Health(_)
-        | Event::Offsets(_)
-        | Event::PostMortem(_)
-        | Event::Supervision(_) => None,
-    }
-}
-
-/// The payload's bytes: floats compare by their bits, not by their value.
-fn payload(event: &Event) -> Vec<u8> {
+/// A message's payload: floats are compared by their bits, not by their value.
+fn hash(event: &Event) -> u64 {
     let mut bytes = [0; amiro_ipf::wire::MAX_FRAME];
+    let mut hasher = DefaultHasher::new();
     // No event is larger than a frame.
-    postcard::to_slice(event, &mut bytes).map_or_else(|_| Vec::new(), |slice| slice.to_vec())
+    if let Ok(payload) = postcard::to_slice(event, &mut bytes) {
+        hasher.write(payload);
+    }
+    hasher.finish()
 }
 
 impl Comparison {
     /// Takes an event of the host's run.
+    ///
+    /// Step and particle messages are compared, and where the odometry broke off; boot,
+    /// configuration, status, health, offsets and post-mortem are not.
     pub fn expect(&mut self, event: &Event) {
-        if is_compared(event).is_some() {
-            self.expected.push(event.clone());
+        match event {
+            Event::StepBegun(_) => self.expected.push(ExpectedStep {
+                begun: hash(event),
+                particles: Vec::new(),
+                done: 0,
+            }),
+            Event::Particles(_) => {
+                if let Some(step) = self.expected.last_mut() {
+                    step.particles.push(hash(event));
+                }
+            }
+            Event::StepDone(_) => {
+                if let Some(step) = self.expected.last_mut() {
+                    step.done = hash(event);
+                }
+            }
+            Event::BrokeOff { .. } => self.breaks.push(hash(event)),
+            _ => {}
         }
     }
 
     /// Takes an event of the board's run.
     pub fn meet(&mut self, event: &Event) {
-        if let Event::Status(status) = event {
-            self.board = status.board;
+        match event {
+            Event::StepBegun(step) => self.meet_begin(step, hash(event)),
+            Event::Particles(batch) => self.meet_particles(batch, hash(event)),
+            Event::StepDone(done) => self.meet_end(done, hash(event)),
+            Event::BrokeOff { .. } => {
+                if self.breaks.get(self.next_break) != Some(&hash(event)) {
+                    let step = self.current.map(|current| current.index);
+                    self.differ(step, "odometry broke off");
+                }
+                self.next_break += 1;
+            }
+            _ => return,
         }
-        let Some(found) = is_compared(event) else {
+        self.compared += 1;
+    }
+
+    fn meet_begin(&mut self, step: &StepBegun, found: u64) {
+        if !self.go_to(step.index as usize, "step begins") {
+            return;
+        }
+        let expected = self.expected.get(step.index as usize);
+        if expected.is_some_and(|expected| expected.begun == found) {
+            self.steps += 1;
+        } else {
+            self.differ(Some(step.index as usize), "step begins");
+        }
+    }
+
+    fn meet_particles(&mut self, batch: &Particles, found: u64) {
+        // Those of a later step whose begin was lost are known by their content.
+        let after = self.current.map_or(0, |current| current.index + 1);
+        let later = after + usize::from(batch.step.wrapping_sub(after as u8));
+        let is_later = |step: &ExpectedStep| step.particles.contains(&found);
+        let is_of_current = self
+            .current
+            .is_some_and(|current| !current.is_done && current.index as u8 == batch.step);
+        if !is_of_current && self.expected.get(later).is_some_and(is_later) {
+            self.go_to(later, "particles");
+            self.differ(Some(later), "its begin never came");
+        }
+        let Some(current) = &mut self.current else {
+            self.differ(None, "particles came before the first step");
             return;
         };
-        let expected = self.expected.get(self.next);
-        if expected.map(payload) == Some(payload(event)) {
-            match event {
-                Event::StepBegun(_) => self.steps += 1,
-                Event::StepDone(_) => self.digests += 1,
-                Event::Particles(batch) => {
-                    self.batches += 1;
-                    self.particles += batch.outcomes.len();
-                }
-                _ => {}
+        let index = current.index;
+        let rest = self.expected.get(index).map(|step| &step.particles);
+        let rest = rest.and_then(|all| all.get(current.next..));
+        let place = rest.and_then(|rest| rest.iter().position(|expected| *expected == found));
+        match place {
+            Some(lost) if !current.is_done => {
+                current.next += lost + 1;
+                self.lost_batches += lost as u64;
+                self.batches += 1;
+                self.particles += batch.outcomes.len();
             }
-        } else if self.differs.is_none() {
-            self.differs = Some(Difference {
-                message: self.next,
-                step: self
-                    .expected
-                    .iter()
-                    .take(self.next + 1)
-                    .rev()
-                    .find_map(step_of),
-                expected: expected.and_then(is_compared),
-                found,
-            });
+            _ => {
+                // It stands for the one that was expected, if there is one.
+                let is_expected = rest.is_some_and(|rest| !rest.is_empty());
+                current.next += usize::from(is_expected);
+                self.differ(Some(index), "particles");
+            }
         }
-        self.next += 1;
+    }
+
+    fn meet_end(&mut self, done: &StepDone, found: u64) {
+        let index = done.index as usize;
+        let is_current = self
+            .current
+            .is_some_and(|current| current.index == index && !current.is_done);
+        if !is_current {
+            if !self.go_to(index, "step done") {
+                return;
+            }
+            self.differ(Some(index), "its begin never came");
+        }
+        self.lose_rest();
+        if let Some(current) = &mut self.current {
+            current.is_done = true;
+        }
+        if self
+            .expected
+            .get(index)
+            .is_some_and(|expected| expected.done == found)
+        {
+            self.digests += 1;
+        } else {
+            self.differ(Some(index), "step done");
+        }
+    }
+
+    /// Goes on to a later step; `false` where there is none of this number.
+    fn go_to(&mut self, index: usize, found: &str) -> bool {
+        let after = self.current.map_or(0, |current| current.index + 1);
+        if index >= self.expected.len() {
+            self.differ(None, &format!("{found} came after the last"));
+            return false;
+        }
+        if index < after {
+            self.differ(Some(index), &format!("{found} came again or out of order"));
+            return false;
+        }
+        if let Some(current) = self.current.filter(|current| !current.is_done) {
+            self.lose_rest();
+            self.differ(Some(current.index), "its end never came");
+        }
+        if index > after {
+            self.differ(Some(after), "it never came");
+        }
+        self.current = Some(CurrentStep {
+            index,
+            next: 0,
+            is_done: false,
+        });
+        true
+    }
+
+    /// Counts the particle messages of the current step that did not come.
+    fn lose_rest(&mut self) {
+        if let Some(current) = &mut self.current
+            && let Some(expected) = self.expected.get(current.index)
+        {
+            let rest = expected.particles.len().saturating_sub(current.next);
+            self.lost_batches += rest as u64;
+            current.next += rest;
+        }
+    }
+
+    fn differ(&mut self, step: Option<usize>, what: &str) {
+        if self.differs.is_some() {
+            return;
+        }
+        // As many steps as 32 bits count.
+        let step = step.map(|step| step as u32);
+        self.differs = Some(Difference {
+            step,
+            text: match step {
+                Some(step) => format!("the run differs in step {step} ({what})"),
+                None => what.to_owned(),
+            },
+        });
     }
 
     /// Takes why the host's node refused inputs, by the inputs' numbers, in order.
@@ -143,20 +266,34 @@ impl Comparison {
         }
     }
 
-    /// The board's side of its last status.
-    #[must_use]
-    pub fn board_status(&self) -> &BoardStatus {
-        &self.board
+    /// Takes what was wrong with the board's answers as such.
+    pub fn take_audit(&mut self, answers: AnswerAudit) {
+        self.answers = answers;
     }
 
-    /// The verdict, with what the link lost and who the board said it was.
+    /// The verdict over a run in lock-step, in which nothing may be lost: with what became
+    /// of the board's frames since its greeting, and who the board said it was.
     #[must_use]
-    pub fn verdict(&self, boot: Option<&Boot>, lost_frames: u64) -> Verdict {
+    pub fn verdict(&self, boot: Option<&Boot>, tally: &FrameTally) -> Verdict {
         let mut verdict = self.verdict_of_recording();
         let reasons = &mut verdict.reasons;
-        if lost_frames > 0 {
-            reasons.push(format!("{lost_frames} frames of the board were lost"));
-        }
+        let mut because = |count: u64, what: &str| {
+            if count > 0 {
+                reasons.push(format!("{count} {what}"));
+            }
+        };
+        because(
+            verdict.particle_messages_lost,
+            "particle messages never came",
+        );
+        because(tally.lost, "frames of the board were lost");
+        because(tally.dropped, "frames were dropped by the board");
+        because(
+            tally.contradicted,
+            "statuses of the board contradict its frames' numbers",
+        );
+        because(self.answers.surplus, "answers to no input of this run");
+        because(self.answers.out_of_order, "answers came out of order");
         match boot {
             None => reasons.push("the board did not introduce itself".to_owned()),
             Some(boot) if boot.build_id != BUILD_ID => reasons.push(format!(
@@ -166,87 +303,56 @@ impl Comparison {
             Some(_) => {}
         }
         verdict.equal = verdict.reasons.is_empty();
+        verdict.equality = if verdict.equal {
+            Equality::Equal
+        } else {
+            Equality::Different
+        };
         verdict
     }
 
-    /// The verdict over recorded events: whoever made them, they must be met.
+    /// The verdict over recorded events, of which particle messages may be missing.
     #[must_use]
     pub fn verdict_of_recording(&self) -> Verdict {
-        let expected_steps = self
-            .expected
+        let mut reasons: Vec<String> = self
+            .differs
             .iter()
-            .filter(|event| matches!(event, Event::StepDone(_)))
-            .count();
-        let mut reasons = Vec::new();
-        if let Some(difference) = &self.differs {
-            reasons.push(difference.to_string());
-        }
+            .map(|found| found.text.clone())
+            .collect();
         reasons.extend(self.differs_in_answers.clone());
-        if self.board.dropped_frames > 0 {
-            let dropped = self.board.dropped_frames;
-            reasons.push(format!("the board dropped {dropped} frames"));
-        }
+        let expected_steps = self.expected.len();
         if self.digests < expected_steps {
             reasons.push(format!(
                 "{} of {expected_steps} digests were met",
                 self.digests
             ));
         }
-        if self.next < self.expected.len() {
-            let missing = self.expected.len() - self.next;
-            reasons.push(format!("{missing} messages never came"));
+        let begun = self.current.map_or(0, |current| current.index + 1);
+        if begun < expected_steps {
+            reasons.push(format!("{} steps never came", expected_steps - begun));
         }
-        if self.next == 0 {
+        if self.next_break < self.breaks.len() {
+            reasons.push("the odometry broke off more often in the host's run".to_owned());
+        }
+        if self.compared == 0 {
             reasons.push("nothing was compared".to_owned());
         }
+        let equality = match (reasons.is_empty(), self.lost_batches) {
+            (true, 0) => Equality::Equal,
+            (true, _) => Equality::ParticlesLost,
+            (false, _) => Equality::Different,
+        };
         Verdict {
-            equal: reasons.is_empty(),
+            equality,
+            equal: equality == Equality::Equal,
+            first_different_step: self.differs.as_ref().and_then(|found| found.step),
             steps: self.steps,
             digests: self.digests,
             particle_messages: self.batches,
             particles: self.particles,
+            particle_messages_lost: self.lost_batches,
             expected_steps,
             reasons,
         }
-    }
-}
-
-fn step_of(event: &Event) -> Option<u32> {
-    match event {
-        Event::StepBegun(step) => Some(step.index),
-        _ => None,
-    }
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "message {} differs", self.message)?;
-        if let Some(step) = self.step {
-            write!(f, " in step {step}")?;
-        }
-        match self.expected {
-            Some(expected) if expected == self.found => write!(f, " ({expected})"),
-            Some(expected) => write!(f, " ({expected} expected, {} came)", self.found),
-            None => write!(f, " ({} came after the last)", self.found),
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: {} of {} steps, {} digests, {} particle messages with {} outcomes compared equal",
-            if self.equal { "EQUAL" } else { "DIFFERENT" },
-            self.steps,
-            self.expected_steps,
-            self.digests,
-            self.particle_messages,
-            self.particles
-        )?;
-        for reason in &self.reasons {
-            write!(f, "\n  {reason}")?;
-        }
-        Ok(())
     }
 }

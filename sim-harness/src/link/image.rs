@@ -8,6 +8,9 @@ use amiro_ipf::checksum::CRC;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
+use crate::bounded::read_at_most;
+use crate::escape::whole_escaped;
+
 /// Where the image lies in flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
@@ -30,6 +33,8 @@ const CHECKED_VECTORS: usize = 7;
 const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 /// Where AMiRo's layout lets code begin, from the start of the image.
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
+/// Longest ELF file that is read: the flash's megabyte and many times that of symbols.
+const MOST_BYTES: u64 = 64 << 20;
 /// An image that lost its linker script is all but empty.
 const LEAST_TEXT: u64 = 10_000;
 
@@ -76,12 +81,16 @@ impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Build(reason) => write!(f, "the flash image was not built: {reason}"),
-            Self::Read(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::Read(path, error) => write!(f, "{}: {error}", shown(path)),
             Self::NotAnImage(path, reason) => {
-                write!(f, "{}: no flash image: {reason}", path.display())
+                write!(f, "{}: no flash image: {reason}", shown(path))
             }
         }
     }
+}
+
+fn shown(path: &Path) -> String {
+    whole_escaped(path.to_string_lossy().chars())
 }
 
 impl std::error::Error for ImageError {}
@@ -149,7 +158,8 @@ impl Image {
     /// # Errors
     /// [`ImageError::Read`], [`ImageError::NotAnImage`].
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let bytes = std::fs::read(path).map_err(|error| ImageError::Read(path.into(), error))?;
+        let bytes =
+            read_at_most(path, MOST_BYTES).map_err(|error| ImageError::Read(path.into(), error))?;
         let not_an_image = |reason: String| ImageError::NotAnImage(path.into(), reason);
         let file: ElfFile32<'_> =
             ElfFile32::parse(&*bytes).map_err(|error| not_an_image(error.to_string()))?;

@@ -14,14 +14,24 @@ use super::{Board, LinkError};
 /// How long the events of one input may keep coming: a whole step at 9600 baud.
 const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 
+/// What was wrong with a board's answers as such, whatever they say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AnswerAudit {
+    /// Answers to no input that waited for one.
+    pub surplus: u64,
+    /// Answers that came before that to an earlier input.
+    pub out_of_order: u64,
+}
+
 /// Feeds inputs to a board and hands its events on, in order, until all are answered.
 ///
 /// At most as many inputs are unanswered at a time as the board said it takes ahead;
 /// nothing is lost by design, so the run is exactly repeatable. `on_event` also gets
 /// statuses and healths, which come when the board's clock says so. When a configuration
-/// is the first input, the steps of a run that the board is amid until then are left out. `on_answer` gets each input's
-/// number, from 0, and why it was refused if it was: an input that the board refuses
-/// is one that the host's own node may refuse too.
+/// is the first input, the steps of a run that the board is amid until then are left out.
+/// `on_answer` gets each input's number, from 0, and why it was refused if it was: an
+/// input that the board refuses is one that the host's own node may refuse too. Answers
+/// that fit no input are passed over and counted.
 ///
 /// # Errors
 /// [`LinkError::NoAnswer`] when the board says nothing about an input for two
@@ -31,10 +41,11 @@ pub fn drive(
     inputs: &[Input],
     mut on_event: impl FnMut(&Event),
     mut on_answer: impl FnMut(usize, Option<Fault>),
-) -> Result<(), LinkError> {
+) -> Result<AnswerAudit, LinkError> {
     let window = board
         .boot()
         .map_or(1, |boot| usize::from(boot.window.max(1)));
+    let mut audit = AnswerAudit::default();
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
     let mut rest = inputs.iter().enumerate();
     let mut is_in_other_run = matches!(inputs.first(), Some(Input::Configure(_)));
@@ -48,7 +59,7 @@ pub fn drive(
             waiting.push_back((index, board.send(input)?));
         }
         let Some(&(first, _)) = waiting.front() else {
-            return Ok(());
+            return Ok(audit);
         };
         let Some(frame) = board.receive_frame(deadline)? else {
             return Err(LinkError::NoAnswer { input: first });
@@ -74,8 +85,10 @@ pub fn drive(
             continue;
         };
         let Some(place) = waiting.iter().position(|&(_, sequence)| sequence == input) else {
+            audit.surplus += 1;
             continue;
         };
+        audit.out_of_order += u64::from(place > 0);
         let Some((index, _)) = waiting.remove(place) else {
             continue;
         };

@@ -9,9 +9,11 @@
 mod account;
 mod board;
 mod comparison;
+mod greeting;
 #[cfg(unix)]
 mod hang_up;
 mod image;
+mod interrupt;
 mod junk;
 mod line;
 mod line_run;
@@ -24,18 +26,21 @@ mod qemu;
 mod record;
 mod serial;
 mod srecord;
+mod verdict;
 
 pub use account::{Account, FrameTally, Imbalance};
 pub use board::{Board, Ends, LinkError};
-pub use comparison::{Comparison, Verdict};
+pub use comparison::Comparison;
 pub use image::{Image, ImageError, Layout, build_image};
+pub use interrupt::Interrupt;
 pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
 pub use line_run::{LineOutcome, LineRun};
-pub use lockstep::drive;
+pub use lockstep::{AnswerAudit, drive};
 pub use memory::boot_on_host;
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use order::InOrder;
 pub use post_mortem::post_mortem_in_words;
 pub use qemu::QemuOptions;
-pub use record::{News, RecordError, record};
+pub use record::{MOST_RESETS, News, RecordError, record};
 pub use srecord::to_s_records;
+pub use verdict::{Equality, Verdict};

@@ -13,10 +13,12 @@ use super::{Board, LinkError, drive};
 /// How long a measurement may take: 40 rounds at 125 Hz are 0.32 s.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Has a greeted board measure its sensors' offsets; `None` when it said nothing of it
-/// within five seconds.
+/// Has a greeted board measure its sensors' offsets; `None` when no measurement was
+/// reported within five seconds.
 ///
-/// A board without trusted sensors says so, sensor by sensor.
+/// A board without trusted sensors says so, sensor by sensor. A report that neither holds
+/// measured offsets nor refuses a sensor, such as that of the memory's offsets after a
+/// start, is of no measurement and is passed over.
 ///
 /// # Errors
 /// [`LinkError::NoAnswer`], [`LinkError::Refused`], [`LinkError::Restarted`]; a broken
@@ -37,11 +39,18 @@ pub fn measure_offsets(board: &mut Board) -> Result<Option<OffsetReport>, LinkEr
         if board.boot_id() != Some(frame.boot_id) {
             return Err(LinkError::Restarted { input: 0 });
         }
-        if let Message::Event(Event::Offsets(report)) = frame.message {
+        if let Message::Event(Event::Offsets(report)) = frame.message
+            && is_of_a_measurement(&report)
+        {
             return Ok(Some(report));
         }
     }
     Ok(None)
+}
+
+/// Whether a report is the outcome of a measurement, good or not.
+fn is_of_a_measurement(report: &OffsetReport) -> bool {
+    report.offsets.origin == OffsetOrigin::Measured || report.refused.iter().any(Option::is_some)
 }
 
 /// The offsets in use, where they come from, and each sensor that was refused, a line

@@ -31,6 +31,9 @@ pub struct QemuOptions {
     pub ram_fill: Option<u8>,
     /// Flash the image with the lowest bit of this byte flipped.
     pub flipped: Option<usize>,
+    /// Flash this boot loader in front of the image, which must be linked for
+    /// [`Layout::Amiro`]. At most 32 KiB; the core starts in it.
+    pub boot_loader: Option<Vec<u8>>,
     /// Lead the serial line to a socket and not to pipes: a host can then hang up and
     /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
     /// that nobody reads would stop the emulator.
@@ -47,9 +50,19 @@ impl Board {
     pub fn in_qemu(image: &Image, options: &QemuOptions) -> Result<Self, LinkError> {
         // As bytes, not as an ELF file: QEMU would clear the statics, which silicon
         // leaves to the start code.
-        let mut flash = image.flashable(Layout::Bare);
+        let layout = match options.boot_loader {
+            None => Layout::Bare,
+            Some(_) => Layout::Amiro,
+        };
+        let mut flash = image.flashable(layout);
         if let Some(byte) = options.flipped.and_then(|byte| flash.get_mut(byte)) {
             *byte ^= 1;
+        }
+        if let Some(boot_loader) = &options.boot_loader {
+            let mut whole = boot_loader.clone();
+            whole.resize((layout.start() - Layout::Bare.start()) as usize, 0xff);
+            whole.append(&mut flash);
+            flash = whole;
         }
         let flash = ScratchFile::write("flash", &flash)?;
         let mut command = Command::new(PROGRAM);

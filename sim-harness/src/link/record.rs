@@ -20,8 +20,14 @@ const SILENCE: Duration = Duration::from_secs(2);
 const FIRST_RETRY: Duration = Duration::from_millis(200);
 const LONGEST_RETRY: Duration = Duration::from_secs(5);
 
-/// How often someone who waits for a link is asked whether to go on.
+/// How long `wanted` is not asked whether to go on, at most.
 const ASKED_EVERY: Duration = Duration::from_millis(100);
+
+/// Resets after which a recording ends: a board that is reset as often does not work.
+pub const MOST_RESETS: u32 = 100;
+
+/// Shortest time from the begin of one part to that of the next.
+const SHORTEST_PART: Duration = Duration::from_secs(1);
 
 /// Why a recording ended early.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +38,9 @@ pub enum RecordError {
     /// The recording cannot be written.
     #[error("the recording cannot be written: {0}")]
     Write(#[from] std::io::Error),
+    /// The board was reset [`MOST_RESETS`] times.
+    #[error("the board was reset {MOST_RESETS} times: the recording ends, all its parts are whole")]
+    TooManyResets,
 }
 
 /// What happens while a board is recorded.
@@ -41,11 +50,16 @@ pub enum News<'a> {
     Event(&'a Event),
     /// The link is gone, and why; it is being opened again.
     Vanished(&'a LinkError),
+    /// The board sent an input of its own, such as a reading.
+    Input(&'a Input),
+    /// Nothing came for a tenth of a second.
+    Waiting,
     /// The link is still gone.
     Away,
     /// The link is back.
     Back,
-    /// The board started anew: its next words go to this part, counted from 1.
+    /// The board started anew: its next words go to this part, counted from 1. The part
+    /// is opened when the board has taken its configuration again.
     Restarted {
         /// The part that begins.
         part: u32,
@@ -68,15 +82,20 @@ enum PartEnd {
 }
 
 /// Starts a greeted board with a configuration, its own sensors as the source, and
-/// writes whatever it says until `wanted` says that it is enough. The number of parts.
+/// writes whatever it says until `wanted` says that it is enough, or the board's
+/// [`Interrupt`](super::Interrupt) does. The number of parts.
 ///
 /// Each part begins with the configuration and holds what the board says from then on,
 /// so that it replays as any other recording: who it is and how its life before ended, in
 /// answer to another greeting, and the readings that it takes. `open` opens each, counted
-/// from 1; there is one for each boot of the board, since what a board knew is gone with
-/// its reset.
+/// from 1, once the board has taken its configuration: a board that refuses it leaves no
+/// file. There is one part for each boot of the board, since what a board knew is gone
+/// with its reset; from the begin of one to that of the next it takes a second or more.
 /// Parts are flushed at every status, eight times a second: that much is lost when the
-/// host dies. `wanted` sees all news, while the link is gone ten times a second.
+/// host dies. `wanted` sees all news, and is asked ten times a second at least.
+///
+/// What comes is written and not kept; of bytes that are no frame, 512 of each piece
+/// between two zero bytes.
 ///
 /// A link that goes away is opened again after 0.2 s, 0.4 s and so on up to every 5 s,
 /// without end. The board has gone on meanwhile: what it said is lost and shows as a
@@ -84,28 +103,61 @@ enum PartEnd {
 ///
 /// # Errors
 /// [`LinkError::Silent`] after two seconds without a frame over a link that is there; a
-/// board that refuses the configuration or does not answer; a file that fails.
+/// board that refuses the configuration or does not answer, or an interrupt before it did;
+/// a file that fails; [`RecordError::TooManyResets`]. What was written before is whole.
 pub fn record<W: Write>(
     board: &mut Board,
     config: &Config,
+    open: impl FnMut(u32) -> std::io::Result<W>,
+    wanted: impl FnMut(News<'_>) -> bool,
+) -> Result<u32, RecordError> {
+    record_at_pace(board, config, SHORTEST_PART, open, wanted)
+}
+
+fn record_at_pace<W: Write>(
+    board: &mut Board,
+    config: &Config,
+    shortest_part: Duration,
     mut open: impl FnMut(u32) -> std::io::Result<W>,
     mut wanted: impl FnMut(News<'_>) -> bool,
 ) -> Result<u32, RecordError> {
+    let own = Config {
+        source: Source::Board,
+        ..*config
+    };
+    let start = Input::Configure(own);
     let mut part = 1;
-    loop {
-        let mut writer = RecordingWriter::new(open(part)?)?;
-        let ended = record_part(board, config, &mut writer, &mut wanted);
-        // Whatever ended it: what came is kept.
-        writer.finish()?;
-        match ended? {
-            PartEnd::Enough => return Ok(part),
-            PartEnd::Restarted => part += 1,
+    for _ in 0..MOST_RESETS {
+        let next_part = Instant::now() + shortest_part;
+        let frames = match begin(board, &start) {
+            // Reset again before it answered: the part has not begun yet.
+            Err(LinkError::Restarted { .. }) if part > 1 => None,
+            Err(LinkError::Interrupted) if part > 1 => return Ok(part - 1),
+            frames => Some(frames?),
+        };
+        if let Some(frames) = frames {
+            let mut writer = RecordingWriter::new(open(part)?)?;
+            let ended = record_part(board, &start, &frames, &mut writer, &mut wanted);
+            // Whatever ended it: what came is kept.
+            writer.finish()?;
+            match ended? {
+                PartEnd::Enough => return Ok(part),
+                PartEnd::Restarted => part += 1,
+            }
+            if !wanted(News::Restarted { part }) {
+                return Ok(part - 1);
+            }
         }
-        if !wanted(News::Restarted { part }) {
-            return Ok(part - 1);
+        while Instant::now() < next_part {
+            let rest = next_part.saturating_duration_since(Instant::now());
+            std::thread::sleep(rest.min(ASKED_EVERY));
+            if board.is_interrupted() || !wanted(News::Waiting) {
+                return Ok(part - 1);
+            }
         }
         match board.greet() {
             Ok(_) => {}
+            Err(LinkError::Interrupted) => return Ok(part - 1),
             Err(error) if is_gone(&error) => {
                 if !reconnect(board, &error, &mut wanted) {
                     return Ok(part - 1);
@@ -115,43 +167,54 @@ pub fn record<W: Write>(
             Err(error) => return Err(error.into()),
         }
     }
+    Err(RecordError::TooManyResets)
 }
 
 fn record_part(
     board: &mut Board,
-    config: &Config,
+    start: &Input,
+    configured: &[u8],
     writer: &mut RecordingWriter<impl Write>,
     wanted: &mut impl FnMut(News<'_>) -> bool,
 ) -> Result<PartEnd, RecordError> {
-    let own = Config {
-        source: Source::Board,
-        ..*config
-    };
-    let start = Input::Configure(own);
-    writer.write_input(&start)?;
-    writer.write_frames(&begin(board, &start)?)?;
+    writer.write_input(start)?;
+    writer.write_frames(configured)?;
     writer.flush()?;
     // Who it is and how its life before ended is said in answer: it is part of the record.
     board.send(&Input::Hello)?;
     let mut uptime_ms = 0;
+    let mut silent_at = Instant::now() + SILENCE;
     loop {
-        let frame = match board.receive_frame(Instant::now() + SILENCE) {
+        let asked_at = silent_at.min(Instant::now() + ASKED_EVERY);
+        let frame = match board.receive_frame(asked_at) {
             Ok(Some(frame)) => frame,
-            Ok(None) if board.take_junk() || board.hears_junk() => {
-                if wanted(News::Junk) {
+            Ok(None) => {
+                writer.write_frames(&board.take_whole_raw())?;
+                let is_silent = Instant::now() >= silent_at;
+                let news = if board.take_junk() || (is_silent && board.hears_junk()) {
+                    silent_at = Instant::now() + SILENCE;
+                    News::Junk
+                } else if is_silent {
+                    return Err(LinkError::Silent.into());
+                } else {
+                    News::Waiting
+                };
+                if wanted(news) {
                     continue;
                 }
                 return Ok(PartEnd::Enough);
             }
-            Ok(None) => return Err(LinkError::Silent.into()),
+            Err(LinkError::Interrupted) => return Ok(PartEnd::Enough),
             Err(error) if is_gone(&error) => {
                 if reconnect(board, &error, wanted) {
+                    silent_at = Instant::now() + SILENCE;
                     continue;
                 }
                 return Ok(PartEnd::Enough);
             }
             Err(error) => return Err(error.into()),
         };
+        silent_at = Instant::now() + SILENCE;
         if is_of_another_boot(board, &frame, &mut uptime_ms) {
             return Ok(PartEnd::Restarted);
         }
@@ -169,7 +232,8 @@ fn record_part(
             }) => News::Limited {
                 particles_per_sensor: *particles_per_sensor,
             },
-            _ => continue,
+            Message::Input(input) => News::Input(input),
+            _ => News::Waiting,
         };
         if !wanted(news) {
             return Ok(PartEnd::Enough);
@@ -224,7 +288,7 @@ fn reconnect(
     error: &LinkError,
     wanted: &mut impl FnMut(News<'_>) -> bool,
 ) -> bool {
-    let mut goes_on = wanted(News::Vanished(error));
+    let mut goes_on = !board.is_interrupted() && wanted(News::Vanished(error));
     board.hang_up();
     let mut pause = FIRST_RETRY;
     while goes_on {
@@ -232,7 +296,7 @@ fn reconnect(
         while goes_on && Instant::now() < next {
             let rest = next.saturating_duration_since(Instant::now());
             std::thread::sleep(rest.min(ASKED_EVERY));
-            goes_on = wanted(News::Away);
+            goes_on = !board.is_interrupted() && wanted(News::Away);
         }
         if goes_on && board.reconnect().is_ok() {
             return wanted(News::Back);
@@ -240,4 +304,100 @@ fn reconnect(
         pause = (2 * pause).min(LONGEST_RETRY);
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, pipe};
+
+    use amiro_ipf::event::{Boot, ClockSource, Status};
+    use amiro_ipf::wire::{Decoder, Encoder, Outgoing, Received, WIRE_VERSION};
+
+    use super::*;
+
+    /// A board that takes its configuration and is reset, again and again.
+    fn reset_in_a_loop() -> Board {
+        let (mut received, to_board) = pipe().unwrap();
+        let (from_board, mut sent) = pipe().unwrap();
+        std::thread::spawn(move || {
+            let mut decoder = Decoder::new();
+            let mut encoder = Encoder::new(0);
+            let mut boot_id = 0_u8;
+            let mut byte = [0];
+            while received.read_exact(&mut byte).is_ok() {
+                let Some(Received::Frame { frame, .. }) = decoder.push(byte[0]) else {
+                    continue;
+                };
+                let answer = Event::Answer {
+                    input: frame.sequence,
+                    refused: None,
+                };
+                let events = match frame.message {
+                    Message::Input(Input::Hello) => {
+                        let boot = Boot {
+                            wire_version: WIRE_VERSION,
+                            build_id: 7,
+                            capacity: 8000,
+                            window: 8,
+                            baud: 2_000_000,
+                            clock: ClockSource::CrystalPll,
+                            core_hz: 168_000_000,
+                        };
+                        vec![Event::Boot(boot), answer]
+                    }
+                    Message::Input(Input::Configure(config)) => {
+                        vec![Event::Configured(config), answer]
+                    }
+                    _ => continue,
+                };
+                let is_configured = events.iter().any(|it| matches!(it, Event::Configured(_)));
+                for event in &events {
+                    sent.write_all(encoder.encode(Outgoing::Event(event)))
+                        .unwrap();
+                }
+                if is_configured {
+                    boot_id = boot_id.wrapping_add(1);
+                    encoder = Encoder::new(boot_id);
+                    let status = Event::Status(Status::default());
+                    sent.write_all(encoder.encode(Outgoing::Event(&status)))
+                        .unwrap();
+                }
+            }
+        });
+        Board::over(from_board, to_board, ())
+    }
+
+    #[test]
+    fn a_board_that_resets_in_a_loop_does_not_begin_parts_without_end() {
+        let mut board = reset_in_a_loop();
+        board.greet().unwrap();
+        let mut parts = 0;
+        let open = |part| {
+            parts = part;
+            Ok(std::io::sink())
+        };
+        let ended = record_at_pace(&mut board, &Config::default(), Duration::ZERO, open, |_| {
+            true
+        });
+        assert!(
+            matches!(ended, Err(RecordError::TooManyResets)),
+            "{ended:?}"
+        );
+        assert_eq!(parts, MOST_RESETS);
+    }
+
+    #[test]
+    fn a_board_that_resets_in_a_loop_begins_a_part_a_second_at_most() {
+        let mut board = reset_in_a_loop();
+        board.greet().unwrap();
+        let start = Instant::now();
+        let mut opened = Vec::new();
+        let open = |_| {
+            opened.push(start.elapsed());
+            Ok(std::io::sink())
+        };
+        let wanted = |_: News<'_>| start.elapsed() < Duration::from_millis(2500);
+        record(&mut board, &Config::default(), open, wanted).unwrap();
+        assert!((1..=3).contains(&opened.len()), "{opened:?}");
+    }
 }

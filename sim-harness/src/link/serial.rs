@@ -17,6 +17,8 @@ impl Board {
                 .timeout(Duration::from_millis(50))
                 .open()
                 .map_err(failed)?;
+            // What arrived before this session is of an earlier one.
+            port.clear(serialport::ClearBuffer::Input).map_err(failed)?;
             let reader = port.try_clone().map_err(failed)?;
             let ends: Ends = (Box::new(reader), Box::new(port));
             Ok(ends)

@@ -67,11 +67,35 @@ fn squeezed(text: &str) -> String {
 
 fn missing(line: &str, head: &[u8]) -> Problem {
     let begins = escaped(line);
+    if let Some(separator) = other_separator(line) {
+        let found = format!("{separator} between the columns of '{begins}', not tabs");
+        return Problem::NoHeader { found };
+    }
     let found = match guess(head) {
         Some(unit) => format!("no header, but '{begins}', whose values look like {unit}"),
         None => format!("no header, but '{begins}'"),
     };
     Problem::NoHeader { found }
+}
+
+/// What separates the columns of a header that lacks nothing but its tabs.
+fn other_separator(line: &str) -> Option<&'static str> {
+    let header: String = COLUMNS.map(squeezed).concat();
+    let squeezed = squeezed(line);
+    let is_header = |text: &str| {
+        let units = POSE.iter().map(|(_, unit)| *unit);
+        let bare = units.fold(text.to_owned(), |text, unit| text.replace(unit, ""));
+        bare == header
+    };
+    if is_header(&squeezed.replace(',', "")) && squeezed.contains(',') {
+        Some("commas")
+    } else if is_header(&squeezed.replace(';', "")) && squeezed.contains(';') {
+        Some("semicolons")
+    } else if is_header(&squeezed) && !line.trim().contains('\t') {
+        Some("blanks")
+    } else {
+        None
+    }
 }
 
 /// What the largest coordinate of the first rows would be in a room of 2 cm to 20 m.
@@ -134,6 +158,25 @@ mod tests {
         ] {
             let problem = check(&header, b"").unwrap_err();
             assert!(matches!(problem, Problem::NoHeader { .. }), "{header:?}");
+        }
+    }
+
+    #[test]
+    fn a_header_without_tabs_is_refused_with_what_it_has() {
+        for (separator, said) in [
+            (",", "commas"),
+            (", ", "commas"),
+            (";", "semicolons"),
+            ("   ", "blanks"),
+        ] {
+            let header = HEADER.replace('\t', separator);
+            let problem = check(&header, b"").unwrap_err().to_string();
+            let begin = format!("{said} between the columns of 'PRV 0");
+            assert!(problem.starts_with(&begin), "{problem}");
+            assert!(
+                problem.contains("', not tabs; expected the header"),
+                "{problem}"
+            );
         }
     }
 

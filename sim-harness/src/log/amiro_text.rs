@@ -19,6 +19,7 @@
 //!   have lost digits. A tab or carriage return after that number proves it whole.
 //! - Numbers that no integer writer writes: "+1", "-0", "007", "1e3", "0x1F".
 //! - Counts outside 0 to 65535, coordinates beyond 500 m, headings beyond 7 rad.
+//! - A second header and all behind it: another recording, appended to this one.
 //! - A whole drive whose numbers cannot be micrometres or microradians.
 
 use std::fmt::Display;
@@ -33,7 +34,7 @@ use super::amiro_header::{COLUMNS, check, fields};
 use super::draft::{Draft, Sender};
 use super::plausibility::{Claimed, doubt_rows};
 use super::source::{Piece, Source};
-use super::{Format, LogError, Place, Reason, Recording};
+use super::{Format, LogError, Place, Problem, Reason, Recording};
 use crate::escape::escaped;
 
 /// Longest line; a longer one is skipped to its end.
@@ -105,13 +106,21 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
             source.trust();
             continue;
         }
-        let taken = match parse(text, piece.is_ended) {
-            Ok(row) => take(&mut draft, &mut used, line, row),
-            Err(flaw) => {
+        let (row, is_joined) = split_at_header(text);
+        let is_ended = piece.is_ended && !is_joined;
+        let taken = match row.map(|row| parse(row, is_ended)) {
+            Some(Ok(row)) => take(&mut draft, &mut used, line, row),
+            Some(Err(flaw)) => {
                 draft.refuse(place, flaw.reason, flaw.text);
-                continue;
+                ControlFlow::Continue(())
             }
+            None => ControlFlow::Continue(()),
         };
+        if is_joined {
+            let text = "a second header: what follows is another run";
+            draft.refuse(place, Reason::SecondRun, text);
+            break;
+        }
         if taken.is_break() {
             break;
         }
@@ -162,6 +171,21 @@ fn text_of(bytes: &[u8], piece: Piece, line: u64) -> Result<&str, Flaw> {
         return Err(Flaw::new(Reason::EmptyLine, "is empty"));
     }
     Ok(text)
+}
+
+/// A line's row, if it has one, and whether the header of another recording begins here:
+/// on a line of its own, or behind a last row without a line end.
+fn split_at_header(text: &str) -> (Option<&str>, bool) {
+    let Some(place) = text.to_ascii_lowercase().find("prv") else {
+        return (Some(text), false);
+    };
+    let (row, header) = text.split_at(place);
+    if let Err(Problem::NoHeader { .. }) = check(header, header.as_bytes()) {
+        return (Some(text), false);
+    }
+    // In other units it is the header of another recording all the same.
+    let row = row.trim_end_matches('\u{feff}');
+    ((!row.trim().is_empty()).then_some(row), true)
 }
 
 /// The row that a line's text is.
@@ -233,7 +257,9 @@ fn take(draft: &mut Draft, used: &mut Option<Used>, line: u64, row: Row) -> Cont
             draft.refuse(place, Reason::Repeated, text);
             return ControlFlow::Continue(());
         }
-        Some(last) => last.stamp_us + row.microseconds_from(&last.row),
+        Some(last) => last
+            .stamp_us
+            .saturating_add(row.microseconds_from(&last.row)),
         None => 0,
     };
     *used = Some(Used {

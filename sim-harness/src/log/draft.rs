@@ -76,6 +76,19 @@ impl Draft {
         self.recording.refusals.add(place, reason, text);
     }
 
+    /// Whether a configuration or an input was taken: what a simulator writes in front of
+    /// them then belongs to another run.
+    pub(super) fn has_begun(&self) -> bool {
+        self.run != Run::Unknown || !self.recording.inputs.is_empty()
+    }
+
+    /// Forgets the truth so far: it belongs to a recording that ended before it began.
+    pub(super) fn forget_truth(&mut self, place: Place) {
+        self.recording.truth = None;
+        let text = "a simulated recording begins again: the truth before it is not used";
+        self.refuse(place, Reason::Forgotten, text);
+    }
+
     /// Takes an input if it is usable; breaks when nothing after it may be used.
     pub(super) fn take_input(
         &mut self,

@@ -86,7 +86,7 @@ impl std::error::Error for LogError {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const HEADER: &str = "PRV 0 ... PRV 7, X [ym], Y [ym], Theta [yrad]";
+        const HEADER: &str = "PRV 0 ... PRV 7, X [ym], Y [ym], Theta [yrad] with tabs between";
         match self {
             Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
             Self::Empty => f.write_str("is empty"),

@@ -14,6 +14,7 @@ mod amiro_header;
 mod amiro_text;
 mod draft;
 mod error;
+mod origin;
 mod plausibility;
 mod reader;
 mod recording;
@@ -25,6 +26,7 @@ mod writer;
 
 pub use draft::MOST_ENTRIES;
 pub use error::{LogError, Problem};
+pub(crate) use origin::{DECIDING_BYTES, is_of_a_robot};
 pub use reader::{read, read_from};
 pub use recording::{Format, GroundTruth, Recording};
 pub use refusals::{Place, Reason, Refusal, Refusals};

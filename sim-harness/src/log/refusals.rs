@@ -58,9 +58,10 @@ pub enum Reason {
     NotFinite,
     /// A configuration with a parameter outside its range.
     BadConfiguration,
-    /// Inputs from before the first configuration.
+    /// Inputs, or a simulator's truth, of a run before the first configuration.
     Forgotten,
-    /// A second configuration, and everything after it.
+    /// Another run: a second configuration, header or simulator's truth, and everything
+    /// after it.
     SecondRun,
     /// A scenario that is too long or not UTF-8.
     BadScenario,
@@ -68,6 +69,13 @@ pub enum Reason {
     BadFaults,
     /// Everything beyond what a recording may hold.
     Full,
+}
+
+impl Reason {
+    /// Whether nothing behind the place is read: there is one such refusal at most.
+    fn ends_reading(self) -> bool {
+        matches!(self, Self::SecondRun | Self::Full)
+    }
 }
 
 impl fmt::Display for Reason {
@@ -117,7 +125,8 @@ impl fmt::Display for Refusal {
 /// Everything of a source that was not used.
 ///
 /// Keeps the first five with their places and counts the rest by reason, so that a
-/// source of nothing but garbage costs no memory.
+/// source of nothing but garbage costs no memory. The one that ends the reading is kept
+/// with its place too, however many there were before it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Refusals {
     first: Vec<Refusal>,
@@ -145,7 +154,7 @@ impl Refusals {
         first.count() as u64 + rest.map(|(_, count)| count).sum::<u64>()
     }
 
-    /// The first five.
+    /// The first five, and behind them the one that ended the reading, if one did.
     #[must_use]
     pub fn first(&self) -> &[Refusal] {
         &self.first
@@ -156,7 +165,7 @@ impl Refusals {
     }
 
     pub(super) fn add(&mut self, place: Place, reason: Reason, text: impl fmt::Display) {
-        if self.first.len() < KEPT {
+        if self.first.len() < KEPT || reason.ends_reading() {
             let text = text.to_string();
             self.first.push(Refusal {
                 place,
@@ -172,7 +181,7 @@ impl Refusals {
     }
 }
 
-/// A line for each of the first five and one that sums up the rest.
+/// A line for each that is kept with its place and one that sums up the rest.
 impl fmt::Display for Refusals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, refusal) in self.first.iter().enumerate() {
@@ -215,5 +224,21 @@ mod tests {
         assert_eq!(refusals.count(), 12);
         assert_eq!(refusals.count_of(Reason::OutOfRange), 4);
         assert_eq!(refusals.count_of(Reason::Cut), 0);
+    }
+
+    #[test]
+    fn the_refusal_that_ends_the_reading_is_shown_behind_any_number_of_others() {
+        let mut refusals = Refusals::default();
+        for line in 1..=9 {
+            refusals.add(Place::Line(line), Reason::Repeated, "repeats");
+        }
+        refusals.add(Place::Line(10), Reason::SecondRun, "another run");
+        let shown = refusals.to_string();
+        assert!(
+            shown.ends_with("\nline 10: another run\nand 4 more (repeated x 4)"),
+            "{shown}"
+        );
+        assert_eq!(refusals.count_of(Reason::SecondRun), 1);
+        assert_eq!(refusals.count(), 10);
     }
 }

@@ -95,6 +95,18 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
         } else {
             Sender::Host
         };
+        if begins_a_recording(&frame.message) {
+            if draft.has_begun() {
+                let text = "the truth of another simulation: what follows is another run";
+                draft.refuse(place, Reason::SecondRun, text);
+                break;
+            }
+            if continuity == Continuity::Earlier {
+                // A recording that ended before its configuration lies in front.
+                pieces = Pieces::default();
+                draft.forget_truth(place);
+            }
+        }
         if take(&mut draft, &mut pieces, place, (sender, frame.message)).is_break() {
             break;
         }
@@ -102,6 +114,14 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
     pieces.scenario.finish(&mut draft);
     pieces.faults.finish(&mut draft);
     Ok(draft.finish())
+}
+
+/// Whether a message stands in front of the configuration of a simulated recording only.
+fn begins_a_recording(message: &Message) -> bool {
+    matches!(
+        message,
+        Message::Truth(Truth::Seed(_) | Truth::Scenario(_) | Truth::Faults { .. })
+    )
 }
 
 fn report(draft: &mut Draft, place: Place, sequence: u16, continuity: Continuity) {

@@ -25,15 +25,16 @@ impl Carver {
     }
 
     /// The cells with r < x - 1 sigma for at least one sensor, sigma being that of
-    /// reading and model together; each once.
-    pub(super) fn seen_past(&self, step: &StepBegun) -> BTreeSet<Cell> {
+    /// reading and model together; each once. `None` if a lobe lies where no grid has
+    /// cells.
+    pub(super) fn seen_past(&self, step: &StepBegun) -> Option<BTreeSet<Cell>> {
         let mut cells = BTreeSet::new();
-        self.lobes.show(step, |cell, view| {
+        let are_all_shown = self.lobes.show(step, |cell, view| {
             if self.is_seen_past(&view) {
                 cells.insert(cell);
             }
         });
-        cells
+        are_all_shown.then_some(cells)
     }
 
     fn is_seen_past(&self, view: &CellView) -> bool {
@@ -60,15 +61,15 @@ mod tests {
             samples: [Sample::Counts(counts); SENSORS],
         };
         let grid = crate::mapping::Grid::new(0.01, ());
-        for cell in carver.seen_past(&step(78)) {
+        for cell in carver.seen_past(&step(78)).unwrap() {
             let (x, y) = grid.centre(cell);
             // 100 mm from hulls at 50 mm, less 8.4 mm of error.
             let from_centre_m = (x * x + y * y).sqrt();
             assert!(from_centre_m < 0.1417, "{from_centre_m} m");
         }
         // Circle between 50 and 141.6 mm: 551 cells, less what lies between the lobes.
-        let count = carver.seen_past(&step(78)).len();
+        let count = carver.seen_past(&step(78)).unwrap().len();
         assert!((400..551).contains(&count), "{count}");
-        assert!(carver.seen_past(&step(70_000)).is_empty());
+        assert!(carver.seen_past(&step(70_000)).unwrap().is_empty());
     }
 }

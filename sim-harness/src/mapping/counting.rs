@@ -98,7 +98,11 @@ impl CountingMapper {
         let Some(carver) = &self.carver else {
             return;
         };
-        for cell in carver.seen_past(step) {
+        let Some(cells) = carver.seen_past(step) else {
+            self.counts.refuse();
+            return;
+        };
+        for cell in cells {
             if let Some(counts) = self.counts.reach(cell) {
                 counts.carve();
             }
@@ -119,8 +123,8 @@ impl CountingMapper {
                 Outcome::SurvivedBelowGate | Outcome::RejectedBehind => continue,
             };
             let world = self.position + event.position().rotated(self.rotation);
-            let cell = self.counts.cell_at(f64::from(world.x), f64::from(world.y));
-            if let Some(counts) = cell.and_then(|cell| self.counts.reach(cell)) {
+            let (x, y) = (f64::from(world.x), f64::from(world.y));
+            if let Some(counts) = self.counts.reach_at(x, y) {
                 counts.count(occupied);
             }
         }

@@ -1,5 +1,7 @@
 //! A grid over the world that grows as the robot drives.
 
+use super::Lattice;
+
 /// Most cells a grid may have, 8000 x 8000; growth beyond it is refused and counted.
 pub const MAX_CELLS: usize = 64_000_000;
 
@@ -73,32 +75,34 @@ impl<T: Clone> Grid<T> {
         self.first
     }
 
-    /// How often a cell was asked for that would have made the grid too large.
+    /// Number of cells asked for and refused because the grid would exceed [`MAX_CELLS`],
+    /// repetitions included: above zero, the grid is cut.
     #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
     }
 
-    /// The cell that holds a point of the world; `None` for NaN and points absurdly far away.
-    #[must_use]
-    pub fn cell_at(&self, x: f64, y: f64) -> Option<Cell> {
-        let index = |metres: f64| {
-            let cells = (metres / self.cell_m).floor();
-            (cells.abs() < 1e9).then_some(cells as i32)
-        };
-        Some(Cell {
-            row: index(y)?,
-            column: index(x)?,
-        })
+    /// Counts a cell as refused that lies too far away to have a place in any grid.
+    pub fn refuse(&mut self) {
+        self.refused = self.refused.saturating_add(1);
     }
 
-    /// The centre of a cell, metres.
+    /// Where its cells lie.
+    #[must_use]
+    pub fn lattice(&self) -> Lattice {
+        Lattice::new(self.cell_m)
+    }
+
+    /// As [`Lattice::cell_at`].
+    #[must_use]
+    pub fn cell_at(&self, x: f64, y: f64) -> Option<Cell> {
+        self.lattice().cell_at(x, y)
+    }
+
+    /// As [`Lattice::centre`].
     #[must_use]
     pub fn centre(&self, cell: Cell) -> (f64, f64) {
-        (
-            (f64::from(cell.column) + 0.5) * self.cell_m,
-            (f64::from(cell.row) + 0.5) * self.cell_m,
-        )
+        self.lattice().centre(cell)
     }
 
     fn offset(&self, cell: Cell) -> Option<usize> {
@@ -116,11 +120,21 @@ impl<T: Clone> Grid<T> {
     /// A cell to write to, growing the grid as needed; `None` when it may grow no further.
     pub fn reach(&mut self, cell: Cell) -> Option<&mut T> {
         if self.offset(cell).is_none() && !self.grow(cell) {
-            self.refused += 1;
+            self.refuse();
             return None;
         }
         let offset = self.offset(cell)?;
         self.cells.get_mut(offset)
+    }
+
+    /// The cell that holds a point of the world, as [`reach`](Self::reach); a point
+    /// without a cell is counted as refused.
+    pub fn reach_at(&mut self, x: f64, y: f64) -> Option<&mut T> {
+        let Some(cell) = self.cell_at(x, y) else {
+            self.refuse();
+            return None;
+        };
+        self.reach(cell)
     }
 
     fn grow(&mut self, cell: Cell) -> bool {
@@ -248,6 +262,8 @@ mod tests {
             .is_none()
         );
         assert_eq!(grid.refused(), 2);
+        assert!(grid.reach_at(1e30, 0.0).is_none(), "no cell has this place");
+        assert_eq!(grid.refused(), 3);
         assert!(grid.reach(Cell { row: 5, column: 5 }).is_some());
     }
 }

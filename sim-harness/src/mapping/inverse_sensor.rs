@@ -99,7 +99,7 @@ impl InverseSensorMapper {
             log_odds,
         } = self;
         let least_band_m = LEAST_BAND_CELLS * log_odds.cell_m();
-        lobes.show(step, |cell, view| {
+        let are_all_shown = lobes.show(step, |cell, view| {
             let Some(evidence) = parameters.evidence(&view, least_band_m) else {
                 return;
             };
@@ -107,6 +107,9 @@ impl InverseSensorMapper {
                 *sum += evidence;
             }
         });
+        if !are_all_shown {
+            log_odds.refuse();
+        }
     }
 }
 

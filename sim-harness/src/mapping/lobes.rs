@@ -46,21 +46,24 @@ impl Lobes {
     }
 
     /// Shows every cell within theta_max of a sensor's axis and up to its arc or a
-    /// cell or standard deviation beyond; sensor by sensor, row by row.
+    /// cell or standard deviation beyond; sensor by sensor, row by row. Whether every lobe
+    /// could be shown: one that lies too far away for any grid has no cells.
     ///
     /// Sensors that say nothing about a range show nothing. The bearing's cosine
     /// comes from the core's table of the lobe, within 4e-4 of cos(xi theta).
-    pub(super) fn show(&self, step: &StepBegun, mut visit: impl FnMut(Cell, CellView)) {
+    pub(super) fn show(&self, step: &StepBegun, mut visit: impl FnMut(Cell, CellView)) -> bool {
+        let mut are_all_shown = true;
         for eye in Eye::of(&self.ring, self.used, &step.pose) {
             let Some(sample) = step.samples.get(eye.sensor) else {
                 continue;
             };
-            match self.photometry.read(*sample) {
+            are_all_shown &= match self.photometry.read(*sample) {
                 Reading::Range(echo) => self.show_lobe(&eye, echo, false, &mut visit),
                 Reading::NothingInRange(echo) => self.show_lobe(&eye, echo, true, &mut visit),
-                Reading::TooClose | Reading::Faulty => {}
+                Reading::TooClose | Reading::Faulty => true,
             }
         }
+        are_all_shown
     }
 
     fn show_lobe(
@@ -69,7 +72,7 @@ impl Lobes {
         echo: Echo,
         is_limit: bool,
         visit: &mut impl FnMut(Cell, CellView),
-    ) {
+    ) -> bool {
         let (axis_m, sigma_m) = (f64::from(echo.range_m), f64::from(echo.sigma_m));
         let reach_m = axis_m + sigma_m.max(self.cells.cell_m());
         let reach = Vector::new(reach_m, reach_m);
@@ -79,7 +82,7 @@ impl Lobes {
             self.cells.cell_at(high.x, high.y),
         );
         let (Some(low), Some(high)) = corners else {
-            return;
+            return false;
         };
         for row in low.row..=high.row {
             for column in low.column..=high.column {
@@ -101,6 +104,7 @@ impl Lobes {
                 }
             }
         }
+        true
     }
 
     /// Distance and lobe S of a place that a sensor has in view.

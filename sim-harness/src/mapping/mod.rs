@@ -3,15 +3,25 @@
 //! A mapper reads events only, never a filter's insides: a map from a board and a map
 //! from a host are the same map.
 
+mod all_free;
 mod carving;
 mod counting;
+mod footprint;
 mod grid;
 mod inverse_sensor;
+mod lattice;
 mod lobes;
+mod methods;
+mod range_inverse_sensor;
 
+pub use all_free::AllFreeMapper;
 pub use counting::CountingMapper;
+pub use footprint::{FootprintMapper, hull_radius_m};
 pub use grid::{Cell, Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, MaxRange};
+pub use lattice::Lattice;
+pub use methods::{RANGE_METHODS, RangeMethod};
+pub use range_inverse_sensor::{RangeInverseSensorMapper, RangeInverseSensorParameters};
 
 use amiro_ipf::event::Event;
 
@@ -22,6 +32,16 @@ pub trait Mapper {
 
     /// The map so far.
     fn map(&self) -> Map;
+}
+
+impl<M: Mapper + ?Sized> Mapper for Box<M> {
+    fn take(&mut self, event: &Event) {
+        (**self).take(event);
+    }
+
+    fn map(&self) -> Map {
+        (**self).map()
+    }
 }
 
 /// A finished map: the probability that a cell is occupied; 0.5 is unknown.

@@ -82,8 +82,10 @@ pub struct SensorFaultRow {
     pub profile: Profile,
     /// What was broken; `None` for nothing.
     pub trouble: Option<SensorTrouble>,
-    /// Overall error.
+    /// Overall error at the best wall expansion.
     pub oe: Spread,
+    /// Overall error with the walls as they are.
+    pub oe_unexpanded: Spread,
     /// True positive rate.
     pub tpr: Spread,
     /// False positive rate.
@@ -191,6 +193,7 @@ fn row(
         profile,
         trouble,
         oe: spread(|scores| scores.oe),
+        oe_unexpanded: spread(|scores| scores.oe_unexpanded),
         tpr: spread(|scores| scores.tpr),
         fpr: spread(|scores| scores.fpr),
         surface_recall: spread(|scores| scores.surface_recall),
@@ -215,11 +218,12 @@ impl fmt::Display for SensorFaultRow {
             .map_or("none".to_owned(), |trouble| trouble.to_string());
         write!(
             f,
-            "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
+            "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
              coverage {:4}",
             self.scenario,
             super::profile_name(self.profile),
             percent(self.oe.mean),
+            percent(self.oe_unexpanded.mean),
             figure(self.tpr.mean, 2),
             figure(self.fpr.mean, 3),
             figure(self.surface_recall.mean, 2),

@@ -21,7 +21,7 @@ pub struct StampTrials {
     pub seeds: Range<u64>,
 }
 
-/// One scenario and profile: overall errors over the seeds.
+/// One scenario and profile: overall errors at the best wall expansion over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampRow {
     /// The scenario's name.
@@ -36,6 +36,8 @@ pub struct StampRow {
     pub own_stamps: Spread,
     /// With every frame's pose taken for as old as poses are in the mean.
     pub mean_age: Spread,
+    /// The same four with the walls as they are.
+    pub plain: [Spread; 4],
     /// Distance of the steps' poses from the truth with true stamps, with the senses'
     /// own and with the mean age, root of the mean square over a drive, metres.
     pub off_m: [Spread; 3],
@@ -63,11 +65,15 @@ impl StampTrials {
             .collect();
         let drives = drives?;
         let spread = |of: usize| {
-            let errors: Vec<Option<f64>> = drives.iter().map(|(oe, _)| oe[of]).collect();
+            let errors: Vec<Option<f64>> = drives.iter().map(|(oe, _, _)| oe[of]).collect();
+            Spread::of(&errors)
+        };
+        let plain = |of: usize| {
+            let errors: Vec<Option<f64>> = drives.iter().map(|(_, plain, _)| plain[of]).collect();
             Spread::of(&errors)
         };
         let off = |of: usize| {
-            let each: Vec<_> = drives.iter().map(|(_, off_m)| off_m[of]).collect();
+            let each: Vec<_> = drives.iter().map(|(_, _, off_m)| off_m[of]).collect();
             Spread::of(&each)
         };
         Ok(StampRow {
@@ -77,13 +83,15 @@ impl StampTrials {
             true_stamps: spread(1),
             own_stamps: spread(2),
             mean_age: spread(3),
+            plain: [plain(0), plain(1), plain(2), plain(3)],
             off_m: [off(1), off(2), off(3)],
         })
     }
 }
 
-/// Overall errors, and distances from the truth, by odometry.
-type DriveErrors = ([Option<f64>; 4], [Option<f64>; 4]);
+/// Overall errors at the best expansion and plain, and distances from the truth, by
+/// odometry.
+type DriveErrors = ([Option<f64>; 4], [Option<f64>; 4], [Option<f64>; 4]);
 
 /// Overall errors of one drive with the four odometries, and how far the steps' poses
 /// were from the truth.
@@ -104,10 +112,12 @@ fn errors(scenario: &Scenario, profile: Profile, seed: u64) -> Result<DriveError
         whole.inputs(),
         whole.inputs_with_mean_age(),
     ];
-    let (mut oe, mut off_m) = ([None; 4], [None; 4]);
-    for ((inputs, oe), off_m) in variants.iter().zip(&mut oe).zip(&mut off_m) {
+    let (mut oe, mut plain, mut off_m) = ([None; 4], [None; 4], [None; 4]);
+    let figures = oe.iter_mut().zip(&mut plain).zip(&mut off_m);
+    for (inputs, ((oe, plain), off_m)) in variants.iter().zip(figures) {
         let mapped = map(scenario, &config, inputs)?;
-        *oe = mapped.scores(scenario).oe;
+        let scores = mapped.scores(scenario);
+        (*oe, *plain) = (scores.oe, scores.oe_unexpanded);
         let squares = mapped.steps().filter_map(|step| {
             let off = true_place(step.stamp_us)? - step.pose.position;
             Some(f64::from(off.norm()).powi(2))
@@ -117,5 +127,5 @@ fn errors(scenario: &Scenario, profile: Profile, seed: u64) -> Result<DriveError
         });
         *off_m = (count > 0).then(|| (sum / f64::from(count)).sqrt());
     }
-    Ok((oe, off_m))
+    Ok((oe, plain, off_m))
 }

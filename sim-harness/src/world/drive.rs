@@ -2,8 +2,8 @@
 
 use amiro_ipf::geometry::Pose;
 
-use super::vector::{Turn, Vector, radians};
 use super::{Leg, Scenario};
+use crate::geometry::{Turn, Vector, radians};
 
 /// Between two samples of the sensors, microseconds: 125 Hz.
 pub const SAMPLE_PERIOD_US: u64 = 8_000;

@@ -4,7 +4,7 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::sensor::{Ring, SensorMask};
 
 use super::Shape;
-use super::vector::{Turn, Vector};
+use crate::geometry::{Turn, Vector};
 
 /// One sensor's place and direction in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

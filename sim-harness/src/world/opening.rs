@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::bounded::{Coordinate, Distance};
 use super::shape::corners;
-use super::vector::Vector;
+use crate::geometry::Vector;
 
 /// A rectangle with sides along the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

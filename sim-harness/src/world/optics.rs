@@ -8,8 +8,8 @@ use std::str::FromStr;
 
 use amiro_ipf::sensor::Photometry;
 
-use super::vector::Turn;
 use super::{Eye, OptionsError, Shape, first_surface};
+use crate::geometry::Turn;
 
 /// Rays a sensor: one a degree over +-60 degrees.
 const RAYS: u16 = 121;

@@ -11,9 +11,9 @@ use serde::Deserialize;
 use super::bounded::{CellSize, Coordinate, Degrees, Speed};
 use super::opening::{Extent, OpeningTable};
 use super::shape::{BoxTable, CylinderTable};
-use super::vector::{Vector, radians};
-use super::{Leg, Opening, Rectangle, Shape};
+use super::{Allowance, Leg, Opening, Rectangle, Shape};
 use crate::escape::{lines_escaped, whole_escaped};
+use crate::geometry::{Vector, radians};
 
 /// Longest file, bytes.
 const MAX_BYTES: usize = 4 << 20;
@@ -62,6 +62,8 @@ pub struct Scenario {
     pub shapes: Vec<Shape>,
     /// Passages that a map must leave open.
     pub openings: Vec<Opening>,
+    /// What no robot does, and this one does on purpose.
+    pub allow: Vec<Allowance>,
 }
 
 /// Why a scenario was refused.
@@ -75,10 +77,19 @@ pub enum ScenarioError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The scenario of a file is none.
+    #[error("{}: {source}", whole_escaped(name.chars()))]
+    File {
+        /// The file.
+        name: String,
+        /// Why.
+        source: Box<ScenarioError>,
+    },
     /// The text is no scenario; says the line and shows it.
     #[error("{}", lines_escaped(&.0.to_string()))]
     Format(#[from] toml::de::Error),
-    /// A text that cannot be printed, or values that are too much together.
+    /// A text that cannot be printed, values that are too much together, or a drive that
+    /// cannot be.
     #[error("{key}: {what}")]
     Limit {
         /// The key, or the keys.
@@ -89,24 +100,46 @@ pub enum ScenarioError {
 }
 
 impl Scenario {
-    /// Reads a scenario from a file.
+    /// Reads a scenario from a file, and checks its drive.
     ///
     /// # Errors
-    /// As for [`parse`](Self::parse), or the file could not be read.
+    /// As for [`load_with_text`](Self::load_with_text).
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
+        Self::load_with_text(path).map(|(scenario, _)| scenario)
+    }
+
+    /// Reads a scenario from a file, and checks its drive; gives also the text that was
+    /// read, for a pipe can be read once only. `-` is standard input.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Read`] if the file could not be read; otherwise
+    /// [`ScenarioError::File`] with what [`parse`](Self::parse) or
+    /// [`check_drive`](Self::check_drive) refuse.
+    pub fn load_with_text(path: &Path) -> Result<(Self, String), ScenarioError> {
         let read = |path: &Path| {
             let mut text = String::new();
             // One byte more than is allowed: enough for the refusal.
             let limit = MAX_BYTES as u64 + 1;
-            let file = std::fs::File::open(path)?;
-            file.take(limit).read_to_string(&mut text)?;
+            if is_standard_input(path) {
+                std::io::stdin().take(limit).read_to_string(&mut text)?;
+            } else {
+                let file = std::fs::File::open(path)?;
+                file.take(limit).read_to_string(&mut text)?;
+            }
             Ok(text)
         };
         let text = read(path).map_err(|source| ScenarioError::Read {
             path: path.to_owned(),
             source,
         })?;
-        Self::parse(&text)
+        let parsed = Self::parse(&text).and_then(|scenario| {
+            scenario.check_drive()?;
+            Ok(scenario)
+        });
+        match parsed {
+            Ok(scenario) => Ok((scenario, text)),
+            Err(source) => Err(source.of_file(path)),
+        }
     }
 
     /// Reads a scenario from its text.
@@ -199,6 +232,26 @@ impl Scenario {
     }
 }
 
+impl ScenarioError {
+    /// The same with the name of the file that the scenario came from.
+    #[must_use]
+    pub fn of_file(self, path: &Path) -> Self {
+        let name = if is_standard_input(path) {
+            "standard input".to_owned()
+        } else {
+            path.to_string_lossy().into_owned()
+        };
+        Self::File {
+            name,
+            source: Box::new(self),
+        }
+    }
+}
+
+fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 fn at_most(key: &'static str, count: usize, limit: usize, of: &str) -> Result<(), ScenarioError> {
     within(key, count as f64, limit as f64, of)
 }
@@ -233,6 +286,8 @@ struct Keys {
     cylinders: Vec<CylinderTable>,
     #[serde(default, rename = "opening")]
     openings: Vec<OpeningTable>,
+    #[serde(default)]
+    allow: Vec<Allowance>,
 }
 
 /// `[x, y, heading_deg]`.
@@ -278,6 +333,7 @@ impl From<Keys> for Scenario {
             drive: keys.drive,
             shapes: boxes.chain(cylinders).collect(),
             openings: keys.openings.into_iter().map(|table| table.0).collect(),
+            allow: keys.allow,
         }
     }
 }
@@ -385,6 +441,10 @@ mod tests {
             (
                 with("sensors_deg = [1,2,3,4,5,6,7,8,9]"),
                 vec!["line 6", "9 angles"],
+            ),
+            (
+                with("allow = [\"flight\"]"),
+                vec!["line 6", "allow", "unknown variant `flight`"],
             ),
             (with("colour = 1"), vec!["line 6", "unknown field `colour`"]),
             (
@@ -498,5 +558,32 @@ mod tests {
     fn a_missing_file_is_named() {
         let error = Scenario::load(Path::new("nowhere.toml")).unwrap_err();
         assert!(error.to_string().contains("nowhere.toml"), "{error}");
+    }
+
+    #[test]
+    fn every_refusal_of_a_file_names_the_file_the_key_and_the_value() {
+        let path = std::env::temp_dir().join(format!("ipf-scenario-{}.toml", std::process::id()));
+        for (text, key, value) in [
+            (SMALL.replace("0.01", "0"), "cell_m", "0 is outside"),
+            (SMALL.replace("0.08", "3"), "speed_m_per_s", "3 m/s"),
+            (
+                SMALL.to_owned() + &"[[drive]]\nstraight_m = 250\n".repeat(5),
+                "drive",
+                "1250 metres",
+            ),
+            (
+                SMALL.to_owned() + "[[cylinder]]\ncenter = [0, 0]\nradius_m = 0.1\n",
+                "start",
+                "[0.000, 0.000]",
+            ),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = Scenario::load(&path).unwrap_err().to_string();
+            let name = path.to_string_lossy();
+            for part in [&*name, key, value] {
+                assert!(error.contains(part), "no {part:?} in {error}");
+            }
+        }
+        std::fs::remove_file(&path).unwrap();
     }
 }

@@ -6,8 +6,8 @@ use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
-use super::vector::Vector;
 use super::{Eye, Options, Physics, Scenario, Shape};
+use crate::geometry::Vector;
 
 /// Keeps the world's noise apart from a filter with the same seed: "world" in ASCII.
 const NOISE_STREAM: u64 = 0x77_6f72_6c64;

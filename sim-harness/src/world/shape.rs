@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::bounded::{Coordinate, Degrees, Radius, Reflectivity};
-use super::vector::{Turn, Vector};
+use crate::geometry::{Turn, Vector};
 
 /// A solid shape with a reflecting outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +26,15 @@ impl Shape {
     #[must_use]
     pub fn reflectivity(&self) -> f64 {
         self.reflectivity
+    }
+
+    /// What the shape is called in a scenario file.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self.form {
+            Form::Box { .. } => "box",
+            Form::Cylinder { .. } => "cylinder",
+        }
     }
 
     /// Length of the outline, metres.

@@ -3,7 +3,7 @@
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 
-use super::vector::{Turn, Vector, radians};
+use crate::geometry::{Turn, Vector, radians};
 
 /// How large the errors of wheel odometry are; by default 1 % and 2 degrees a root metre.
 #[derive(Clone, Copy, Debug, PartialEq)]

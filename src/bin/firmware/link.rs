@@ -10,8 +10,8 @@ use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 
-use crate::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 use crate::watch::ROLL;
+use amiro_ipf::board::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
 /// Received bytes lost for want of room or to line errors.
 static LOST: AtomicU32 = AtomicU32::new(0);

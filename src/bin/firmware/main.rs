@@ -17,18 +17,10 @@
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-mod budget;
-
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
-mod can;
-#[cfg(target_os = "none")]
 mod clock;
-#[cfg(target_os = "none")]
-mod clock_choice;
-#[cfg(target_os = "none")]
-mod i2c;
 #[cfg(target_os = "none")]
 mod link;
 #[cfg(target_os = "none")]
@@ -44,13 +36,14 @@ mod watch;
 mod host;
 
 #[cfg(not(target_os = "none"))]
-fn main() {
-    host::print_budget();
+fn main() -> std::process::ExitCode {
+    host::print_budget()
 }
 
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC])]
 mod app {
+    use amiro_ipf::board::budget::CAPACITY;
     use amiro_ipf::driver::Bus;
     use amiro_ipf::filter::ParticleSet;
     use amiro_ipf::supervision::{ProgrammingPort, Task};
@@ -58,7 +51,6 @@ mod app {
     use stm32f4xx_hal::pac::{Interrupt, USART1};
 
     use crate::board::{Board, Led, Watchdog};
-    use crate::budget::CAPACITY;
     use crate::clock::{BEATS, Microseconds, Mono};
     use crate::link::{Line, Queues};
     use crate::program::Program;

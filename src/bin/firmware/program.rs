@@ -9,11 +9,11 @@ use amiro_ipf::supervision::{LoadGuard, Mode, Supervision, Task};
 use amiro_ipf::wire::Terminal;
 
 use crate::board::{self, Introduction, Loader};
-use crate::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
 use crate::link::{Inbox, Outbox};
 use crate::sampler::{Report, Reported, want_calibration};
 use crate::watch::{ROLL, is_shutdown_wanted};
+use amiro_ipf::board::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 
 /// Beats between two looks at the stack: a second.
 const SUPERVISED_EVERY: u32 = 8;

@@ -13,10 +13,10 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 
 use crate::board::{BusOne, BusTwo, Can, SenseUnits, ShutdownLine};
-use crate::budget::REPORT_QUEUE;
 use crate::clock::Microseconds;
-use crate::i2c::{Master, Progress, Registers};
 use crate::watch::want_shutdown;
+use amiro_ipf::board::budget::REPORT_QUEUE;
+use amiro_ipf::board::i2c::{Master, Progress, Registers};
 
 /// Patrols between two reports of health: 8 Hz at 2 kHz.
 const HEALTH_EVERY: u32 = 250;

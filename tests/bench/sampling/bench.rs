@@ -16,10 +16,10 @@ use stm32f4xx_hal::serial::Serial;
 use crate::board::{
     CORE_HZ, CanCells, CanUnit, I2cCells, SenseUnits, masters, shutdown_line, start_clocks,
 };
-use crate::can::{BitTiming, Controller};
 use crate::clock::{Microseconds, Mono};
 use crate::parts::{Next, Parts, answer_mode, put_frame};
 use crate::sampler::{Report, Reports, Sampler};
+use amiro_ipf::board::can::{BitTiming, Controller};
 
 /// Rounds of the sensors that are counted.
 const ROUNDS: u32 = 1_000;

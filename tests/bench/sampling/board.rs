@@ -7,8 +7,8 @@ use stm32f4xx_hal::gpio::{Input, PC13};
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::rcc::Rcc;
 
-use crate::can::{self, Controller};
-use crate::i2c::{self, Line, Master, Register, Registers};
+use amiro_ipf::board::can::{self, Controller};
+use amiro_ipf::board::i2c::{self, Line, Master, Register, Registers};
 
 #[path = "../../../src/bin/firmware/board/clocks.rs"]
 mod clocks;

@@ -26,22 +26,9 @@ mod board;
 mod parts;
 
 #[cfg(target_os = "none")]
-#[path = "../../../src/bin/firmware/budget.rs"]
-mod budget;
-#[cfg(target_os = "none")]
-#[expect(dead_code, reason = "one bit timing is enough here")]
-#[path = "../../../src/bin/firmware/can/mod.rs"]
-mod can;
-#[cfg(target_os = "none")]
 #[expect(dead_code, reason = "the program's part of it is not here")]
 #[path = "../../../src/bin/firmware/clock.rs"]
 mod clock;
-#[cfg(target_os = "none")]
-#[path = "../../../src/bin/firmware/clock_choice.rs"]
-mod clock_choice;
-#[cfg(target_os = "none")]
-#[path = "../../../src/bin/firmware/i2c/mod.rs"]
-mod i2c;
 #[cfg(target_os = "none")]
 #[expect(
     dead_code,

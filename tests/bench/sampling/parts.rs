@@ -4,8 +4,8 @@ use amiro_ipf::can::{Board, StandardId};
 use amiro_ipf::driver::{MUX_ADDRESS, at24c01, vcnl4020};
 
 use crate::board::{CanCells, I2cCells, STOP};
-use crate::can;
-use crate::i2c::Register;
+use amiro_ipf::board::can;
+use amiro_ipf::board::i2c::Register;
 
 /// CR1: make a start.
 const START: u16 = 1 << 8;

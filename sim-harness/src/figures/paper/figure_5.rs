@@ -129,8 +129,10 @@ fn picture(title: &str, map: &Map, steps: &[Step]) -> crate::figures::Picture {
     let corner = |column, row| Window::of(Cell { row, column });
     let window = corner(-6, -10).joined(corner(13, 9));
     MapPicture {
+        robot_radius_m: None,
         title: Some(title),
         path: &path,
+        jumps: &[],
         final_heading_rad: Some(0.0),
         outlines: &[BLOCK_M.to_vec()],
         window: Some(window),

@@ -78,7 +78,8 @@ the particle filter needs no such rule, and its block in (b), (e) and (g) is les
 The profile paper counts every rejected particle as free, as the paper prints it, which frees \
 the inside of walls; plus leaves it unknown. At the T junction half way the ISM, tuned or not, \
 closes the openings to both sides with an arc where the filter leaves them open. The numbers \
-below a map: overall error (wrong cells over classified cells), true and false positive \
+below a map: overall error (wrong cells over classified cells, at the best wall expansion; plain: with the \
+walls as they are), true and false positive \
 rate, share of the visible surface that was found, share of the visible free space that was classified.";
 
 /// Draws the figure.
@@ -179,8 +180,9 @@ fn window_of_shapes(scenario: &Scenario, map: &Map) -> Option<Window> {
 fn scored(map: &Map, truth: &Truth) -> String {
     let scores = Scores::of(map, truth);
     format!(
-        "OE {}, TPR {}, FPR {}, surface found {}, coverage {}",
+        "OE {} (plain {}), TPR {}, FPR {}, surface found {}, coverage {}",
         percent(scores.oe),
+        percent(scores.oe_unexpanded),
         share(scores.tpr),
         share(scores.fpr),
         share(scores.surface_recall),
@@ -219,8 +221,10 @@ fn picture(
         .collect();
     let heading = poses.last().map(|pose| f64::from(pose.heading.radians()));
     MapPicture {
+        robot_radius_m: None,
         title: Some(title),
         path: &path,
+        jumps: &[],
         final_heading_rad: heading,
         outlines: &outlines,
         window,

@@ -122,9 +122,13 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<Plate, FigureError> {
         let names: Vec<_> = values.iter().map(|value| value.written()).collect();
         let axis = || Axis::named(label, &names);
         let panels = vec![
-            panel(file, ("oe", "Overall error"), axis(), &curves, |scores| {
-                scores.oe
-            }),
+            panel(
+                file,
+                ("oe", "Overall error, best wall expansion"),
+                axis(),
+                &curves,
+                |scores| scores.oe,
+            ),
             panel(
                 file,
                 ("recall", "Surface recall"),
@@ -220,12 +224,17 @@ fn table(label: &str, names: &[String], curves: &[Vec<Point>]) -> Table {
     let mut head = vec!["filter and scenario", label];
     head.extend([
         "OE, %",
+        "plain OE, %",
         "TPR, %",
         "FPR, %",
         "surface recall, %",
         "coverage, %",
     ]);
-    let mut table = Table::new("Means over the seeds.", &head);
+    let mut table = Table::new(
+        "Means over the seeds. OE: at the best wall expansion of each map; plain OE: with the \
+         walls as they are.",
+        &head,
+    );
     for ((_, _, curve_name, _), curve) in CURVES.iter().zip(curves) {
         for (name, point) in names.iter().zip(curve) {
             let mean = |value: fn(&Scores) -> Option<f64>| {
@@ -236,6 +245,7 @@ fn table(label: &str, names: &[String], curves: &[Vec<Point>]) -> Table {
                 (*curve_name).to_owned(),
                 name.clone(),
                 mean(|scores| scores.oe),
+                mean(|scores| scores.oe_unexpanded),
                 mean(|scores| scores.tpr),
                 mean(|scores| scores.fpr),
                 mean(|scores| scores.surface_recall),

@@ -3,7 +3,7 @@
 use stm32f4xx_hal::pac::CAN1;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-use crate::can::{Register, Registers};
+use amiro_ipf::board::can::{Register, Registers};
 
 /// The registers of CAN1.
 pub(crate) struct CanUnit(CAN1);

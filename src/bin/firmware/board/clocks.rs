@@ -5,7 +5,7 @@ use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-use crate::clock_choice::{ClockUnit, choose};
+use amiro_ipf::board::clock_choice::{ClockUnit, choose};
 
 /// Full speed, hertz.
 pub(super) const CORE_HZ: u32 = 168_000_000;
@@ -23,8 +23,10 @@ const PATIENCE: u32 = 100_000;
 /// internal oscillator. The HAL's own start waits without bound; here crystal and
 /// PLL are started first, with bounds and with the very settings that the HAL
 /// computes, so that its loops end at once.
-pub(super) fn start(mut rcc: RCC) -> (Rcc, ClockSource) {
-    let source = choose(&mut rcc);
+pub(super) fn start(rcc: RCC) -> (Rcc, ClockSource) {
+    let mut unit = ResetAndClockUnit(rcc);
+    let source = choose(&mut unit);
+    let ResetAndClockUnit(rcc) = unit;
     if source == ClockSource::CrystalPll {
         // Should the crystal stop later, the core goes on at 16 MHz and is told.
         rcc.cr().modify(|_, w| w.csson().set_bit());
@@ -37,36 +39,39 @@ pub(super) fn start(mut rcc: RCC) -> (Rcc, ClockSource) {
     (rcc.freeze(config), source)
 }
 
-impl ClockUnit for RCC {
+/// The clock unit's registers.
+struct ResetAndClockUnit(RCC);
+
+impl ClockUnit for ResetAndClockUnit {
     fn start_internal(&mut self) -> bool {
-        self.cr().modify(|_, w| w.hsion().set_bit());
-        patiently(|| self.cr().read().hsirdy().bit_is_set())
+        self.0.cr().modify(|_, w| w.hsion().set_bit());
+        patiently(|| self.0.cr().read().hsirdy().bit_is_set())
     }
 
     fn select_internal(&mut self) {
-        self.cfgr().modify(|_, w| w.sw().hsi());
-        patiently(|| self.cfgr().read().sws().is_hsi());
+        self.0.cfgr().modify(|_, w| w.sw().hsi());
+        patiently(|| self.0.cfgr().read().sws().is_hsi());
     }
 
     fn stop_pll(&mut self) {
-        self.cr().modify(|_, w| w.pllon().clear_bit());
-        patiently(|| self.cr().read().pllrdy().bit_is_clear());
+        self.0.cr().modify(|_, w| w.pllon().clear_bit());
+        patiently(|| self.0.cr().read().pllrdy().bit_is_clear());
     }
 
     fn start_crystal(&mut self) -> bool {
-        self.cr().modify(|_, w| w.hseon().set_bit());
-        patiently(|| self.cr().read().hserdy().bit_is_set())
+        self.0.cr().modify(|_, w| w.hseon().set_bit());
+        patiently(|| self.0.cr().read().hserdy().bit_is_set())
     }
 
     fn stop_crystal(&mut self) {
-        self.cr().modify(|_, w| w.hseon().clear_bit());
+        self.0.cr().modify(|_, w| w.hseon().clear_bit());
     }
 
     #[expect(unsafe_code, reason = "the register's fields take raw numbers")]
     /// 2 MHz in (M), 336 MHz inside (N), half out (P), 48 MHz beside (Q).
     fn lock_pll(&mut self, on_crystal: bool) -> bool {
         let m = if on_crystal { 4 } else { 8 };
-        self.pllcfgr().write(|w| {
+        self.0.pllcfgr().write(|w| {
             // SAFETY: M 2..=63, N 50..=432 and Q 2..=15 are the ranges of the reference
             // manual (RM0090, 7.3.2), and these values lie inside.
             unsafe {
@@ -76,8 +81,8 @@ impl ClockUnit for RCC {
             }
             w.pllp().div2().pllsrc().bit(on_crystal)
         });
-        self.cr().modify(|_, w| w.pllon().set_bit());
-        patiently(|| self.cr().read().pllrdy().bit_is_set())
+        self.0.cr().modify(|_, w| w.pllon().set_bit());
+        patiently(|| self.0.cr().read().pllrdy().bit_is_set())
     }
 }
 

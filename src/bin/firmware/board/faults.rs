@@ -1,4 +1,4 @@
-//! Where faults end, a crystal that stops among them: a record, and a reset.
+//! Handlers of faults and of exceptions that nothing else handles: a record, and a reset.
 
 #![expect(
     unsafe_code,
@@ -8,11 +8,11 @@
 use core::arch::global_asm;
 
 use amiro_ipf::supervision::{Cause, Registers};
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{NVIC, SCB};
 
 use super::{last_words, stack};
 
-// All three take a stack of their own before they do anything: after an overflow
+// All of these take a stack of their own before they do anything: after an overflow
 // there is none left. They hand over the old one, and never return.
 global_asm!(
     ".section .uninit.EMERGENCY_STACK, \"aw\", %nobits",
@@ -22,6 +22,8 @@ global_asm!(
     ".section .text.HardFault, \"ax\", %progbits",
     ".global HardFault",
     ".global MemoryManagement",
+    ".global BusFault",
+    ".global UsageFault",
     ".global NonMaskableInt",
     ".type HardFault, %function",
     ".type MemoryManagement, %function",
@@ -31,6 +33,10 @@ global_asm!(
     ".thumb_func",
     "MemoryManagement:",
     ".thumb_func",
+    "BusFault:",
+    ".thumb_func",
+    "UsageFault:",
+    ".thumb_func",
     "NonMaskableInt:",
     "mrs r0, msp",
     "mrs r2, ipsr",
@@ -39,6 +45,15 @@ global_asm!(
     "mov r1, r2",
     "b end_in_fault",
     ".ltorg",
+    // Hands over the stack as the core left it. What it jumps to may return.
+    ".section .text.DefaultHandler, \"ax\", %progbits",
+    ".global DefaultHandler",
+    ".type DefaultHandler, %function",
+    ".thumb_func",
+    "DefaultHandler:",
+    "mrs r0, msp",
+    "mrs r1, ipsr",
+    "b handle_unhandled",
 );
 
 /// Number of the exception that the clock's guard raises, and nothing else here.
@@ -81,6 +96,40 @@ extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
     };
     last_words::keep(&record);
     SCB::sys_reset()
+}
+
+/// Number of the exception of interrupt 0.
+const FIRST_INTERRUPT: u32 = 16;
+
+/// Place in the record of an exception without a handler; the line is its number.
+const UNHANDLED: &str = "unhandled exception";
+
+/// Writes down the number of an exception that has no handler, and starts over.
+///
+/// Before the start code has run, the exception is a boot loader's: its interrupt is
+/// disabled and the start goes on.
+#[unsafe(no_mangle)]
+extern "C" fn handle_unhandled(sp: u32, exception: u32) {
+    if !stack::is_protected() {
+        if let Some(interrupt) = exception.checked_sub(FIRST_INTERRUPT) {
+            disable(interrupt);
+        }
+        return;
+    }
+    let mut record = last_words::record_of(Cause::Panic).at(UNHANDLED, exception);
+    record.registers = Registers { sp, ..frame(sp, 0) };
+    last_words::keep(&record);
+    SCB::sys_reset()
+}
+
+fn disable(interrupt: u32) {
+    // SAFETY: a register of the core that is always there; to disable an interrupt
+    // for which there is no handler breaks nothing.
+    let nvic = unsafe { &*NVIC::PTR };
+    if let Some(register) = nvic.icer.get((interrupt / 32) as usize) {
+        // SAFETY: as above; zeros in the word change nothing.
+        unsafe { register.write(1 << (interrupt % 32)) }
+    }
 }
 
 #[expect(

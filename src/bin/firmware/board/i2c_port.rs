@@ -5,7 +5,7 @@ use core::ops::Deref;
 use stm32f4xx_hal::gpio::{Alternate, OpenDrain, Output, Pin, PinMode, PinState};
 use stm32f4xx_hal::pac::i2c1::RegisterBlock;
 
-use crate::i2c::{Line, Register, Registers};
+use amiro_ipf::board::i2c::{Line, Register, Registers};
 
 /// The rate of half clocks by hand: 2.5 us.
 const HALF_CLOCK_HZ: u32 = 400_000;

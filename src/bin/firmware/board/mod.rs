@@ -2,6 +2,7 @@
 
 mod can_unit;
 mod clocks;
+mod entry;
 mod faults;
 mod i2c_port;
 mod image;
@@ -24,10 +25,10 @@ use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::serial::Serial;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
-use crate::budget::CAPACITY;
-use crate::can::{BitTiming, Controller};
 use crate::clock::Mono;
-use crate::i2c::{Master, Timing};
+use amiro_ipf::board::budget::CAPACITY;
+use amiro_ipf::board::can::{BitTiming, Controller};
+use amiro_ipf::board::i2c::{Master, Timing};
 use can_unit::CanUnit;
 use i2c_port::Port;
 

@@ -9,6 +9,10 @@ use cortex_m::peripheral::{MPU, SCB};
 /// image is the start's, before there is a guard.
 const GUARD: u32 = 1024;
 
+/// Control of the protection unit: on, with the default map for everything but the
+/// guard; off in the hard fault handler.
+const CONTROL: u32 = 1 << 2 | 1;
+
 /// What the start code paints the stack with.
 const PAINT: u32 = 0xcccc_cccc;
 
@@ -43,8 +47,6 @@ pub(super) fn is_frame(address: u32) -> bool {
 pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
     // Size as a power of two less one, no access, nothing executed, on.
     const REGION: u32 = 1 << 28 | (GUARD.ilog2() - 1) << 1 | 1;
-    // The default map for everything else, on; off in the hard fault handler.
-    const CONTROL: u32 = 1 << 2 | 1;
     // SAFETY: the region lies between the statics and the stack, where nothing is; the
     // numbers are those of the architecture's manual (ARMv7-M, B3.5).
     unsafe {
@@ -56,6 +58,14 @@ pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
     scb.enable(cortex_m::peripheral::scb::Exception::MemoryManagement);
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
+}
+
+/// Whether the guard stands: it does from the image's first steps on, and no boot
+/// loader's protection has it there.
+pub(super) fn is_protected() -> bool {
+    // SAFETY: registers of the core that are always there; reading changes nothing.
+    let mpu = unsafe { &*MPU::PTR };
+    mpu.ctrl.read() == CONTROL && mpu.rbar.read() == guard().0
 }
 
 /// Paints the stack below its present end anew, so that what the start needed once does

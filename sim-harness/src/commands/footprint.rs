@@ -1,0 +1,24 @@
+//! Whether the robot's footprint is free in a map.
+
+use amiro_ipf::config::Config;
+use clap::ValueEnum;
+use sim_harness::mapping::hull_radius_m;
+
+/// Whether the cells under the robot's hull are free in the map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum FootprintSwitch {
+    /// Cells whose centre has been under the hull are free.
+    On,
+    /// The map is what was counted, as in the paper.
+    Off,
+}
+
+impl FootprintSwitch {
+    /// Radius of the hull of a configuration's robot, metres; `None` when off.
+    pub(super) fn radius_m(self, config: &Config) -> Option<f64> {
+        match self {
+            Self::On => Some(hull_radius_m(&config.ring)),
+            Self::Off => None,
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Why a drive, or a row of it, was not read.
+
+use std::fmt;
+use std::path::Path;
+
+use crate::escape::whole_escaped;
+
+/// Why a drive was not read.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// A file cannot be read.
+    #[error("{file}: {source}")]
+    Read {
+        /// The file's name, escaped.
+        file: String,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// No row of a file is of the format.
+    #[error("{file}: no row of the format {format}{}", first(.rows))]
+    NoRow {
+        /// The file's name, escaped.
+        file: String,
+        /// The format's name.
+        format: &'static str,
+        /// What was refused.
+        rows: RefusedRows,
+    },
+    /// The rig has other sensors than the recording.
+    #[error("rig {rig}: {needed}")]
+    Rig {
+        /// The rig's name.
+        rig: String,
+        /// What the recording needs.
+        needed: String,
+    },
+    /// The recording does not carry the poses that were asked for.
+    #[error("{file} is missing: the recording has no matched poses")]
+    NoPoses {
+        /// The file that would hold them, escaped.
+        file: String,
+    },
+}
+
+fn first(rows: &RefusedRows) -> String {
+    rows.first
+        .first()
+        .map_or_else(String::new, |row| format!("; {row}"))
+}
+
+/// A row that was not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RefusedRow {
+    /// The file's name, escaped.
+    pub file: String,
+    /// The line, counted from 1.
+    pub line: u64,
+    /// Why.
+    pub reason: String,
+}
+
+impl fmt::Display for RefusedRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} line {}: {}", self.file, self.line, self.reason)
+    }
+}
+
+/// Rows that were not used: their number, and the first five.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RefusedRows {
+    /// How many.
+    pub count: u64,
+    /// The first of them.
+    pub first: Vec<RefusedRow>,
+}
+
+impl RefusedRows {
+    /// Rows that are listed.
+    const LISTED: usize = 5;
+
+    /// Adds a row.
+    pub(super) fn add(&mut self, row: RefusedRow) {
+        self.count += 1;
+        if self.first.len() < Self::LISTED {
+            self.first.push(row);
+        }
+    }
+}
+
+impl fmt::Display for RefusedRows {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for row in &self.first {
+            writeln!(f, "{row}")?;
+        }
+        write!(f, "{} rows refused", self.count)
+    }
+}
+
+/// A file's name as errors show it.
+pub(super) fn shown(path: &Path) -> String {
+    whole_escaped(path.to_string_lossy().chars())
+}

@@ -1,0 +1,341 @@
+//! Indoor runs with eight sonars, a laser and odometry, as K.-C. Ma recorded them.
+//!
+//! A drive is a folder of text files without a header, values between blanks, one row
+//! per instant, the same instants in each file:
+//!
+//! | file | row |
+//! |---|---|
+//! | `od.txt` or `poses.txt` | t \[ms\], x \[mm\], y \[mm\], heading \[0.1 degrees, counter-clockwise\] |
+//! | `sonar.txt` or `measurement.txt` | t, then 8 ranges \[mm\]; 5110 is no echo |
+//! | `laser.txt`, if there is one | t, then 361 ranges \[mm\]; 81910 is no echo |
+//! | `matched_poses.csv`, if there is one | t \[s\] from the first row, x \[m\], y \[m\], heading \[rad\], under a header |
+//!
+//! The first names are those of the repository OccupancyGridMapping, the others those of
+//! Udacity's course on mapping, which carries the first run under the MIT licence.
+
+use std::path::{Path, PathBuf};
+
+use super::error::shown;
+use super::lines::Lines;
+use super::{Dataset, DatasetError, PoseSource, RefusedRow, RefusedRows};
+use crate::drive::{Record, Return, Scan};
+use crate::geometry::Pose2;
+use crate::rig::{Rig, Sensor};
+
+/// The format; see the module.
+#[derive(Clone, Copy, Debug)]
+pub struct Kcma;
+
+/// Sonars of a row.
+const SONARS: usize = 8;
+
+/// Beams of a row.
+const BEAMS: usize = 361;
+
+/// What the sonar gives without an echo, millimetres.
+const SONAR_NO_ECHO_MM: f64 = 5110.0;
+
+/// What the laser gives without an echo, millimetres.
+const LASER_NO_ECHO_MM: f64 = 81910.0;
+
+/// Largest coordinate, metres, and stamp, milliseconds, that is believed.
+const MAX_M: f64 = 10_000.0;
+const MAX_MS: f64 = 1e12;
+
+/// Half of the clock's resolution with which a matched pose may differ from its row, ms.
+const MATCHED_WITHIN_MS: f64 = 1.0;
+
+impl Dataset for Kcma {
+    fn name(&self) -> &'static str {
+        "kcma"
+    }
+
+    fn recognises(&self, path: &Path) -> bool {
+        poses(path).is_some() && sonar(path).is_some()
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        rig: &Rig,
+        source: PoseSource,
+        take: &mut dyn FnMut(&Record),
+    ) -> Result<RefusedRows, DatasetError> {
+        let mut files = Files::open(path, rig, source)?;
+        let mut refused = RefusedRows::default();
+        let mut rows = 0_u64;
+        while files.advance()? {
+            match files.row(rig) {
+                Ok(row) => {
+                    rows += 1;
+                    row.hand_on(take);
+                }
+                Err(row) => refused.add(row),
+            }
+        }
+        if rows == 0 {
+            return Err(DatasetError::NoRow {
+                file: files.odometry.file().to_owned(),
+                format: self.name(),
+                rows: refused,
+            });
+        }
+        Ok(refused)
+    }
+}
+
+fn existing(folder: &Path, names: [&str; 2]) -> Option<PathBuf> {
+    let paths = names.map(|name| folder.join(name));
+    paths.into_iter().find(|path| path.is_file())
+}
+
+fn poses(folder: &Path) -> Option<PathBuf> {
+    existing(folder, ["od.txt", "poses.txt"])
+}
+
+fn sonar(folder: &Path) -> Option<PathBuf> {
+    existing(folder, ["sonar.txt", "measurement.txt"])
+}
+
+/// The files of a drive, each at the same row.
+struct Files {
+    odometry: Lines,
+    sonar: Lines,
+    laser: Option<Lines>,
+    matched: Option<Lines>,
+    first_ms: Option<f64>,
+    last_ms: f64,
+}
+
+/// One instant.
+struct Row {
+    stamp_us: u64,
+    world_from_body: Pose2,
+    sonar: Vec<Return>,
+    laser: Vec<Return>,
+}
+
+impl Row {
+    fn hand_on(self, take: &mut dyn FnMut(&Record)) {
+        let Self {
+            stamp_us,
+            world_from_body,
+            sonar,
+            laser,
+        } = self;
+        take(&Record::Pose {
+            stamp_us,
+            world_from_body,
+        });
+        let mut scan = |mounts, returns| {
+            take(&Record::Scan(Scan {
+                stamp_us,
+                world_from_body,
+                mounts,
+                returns,
+            }));
+        };
+        scan(0..SONARS, sonar);
+        if !laser.is_empty() {
+            scan(SONARS..SONARS + 1, laser);
+        }
+    }
+}
+
+impl Files {
+    fn open(folder: &Path, rig: &Rig, source: PoseSource) -> Result<Self, DatasetError> {
+        let missing = |names: &str| DatasetError::Read {
+            file: shown(folder),
+            source: std::io::Error::other(format!("{names} is missing")),
+        };
+        let laser = Some(folder.join("laser.txt")).filter(|path| path.is_file());
+        check_rig(rig, laser.is_some())?;
+        let mut matched = None;
+        if source == PoseSource::Matched {
+            let path = folder.join("matched_poses.csv");
+            if !path.is_file() {
+                return Err(DatasetError::NoPoses { file: shown(&path) });
+            }
+            let mut lines = Lines::open(&path)?;
+            // The header.
+            lines.advance()?;
+            matched = Some(lines);
+        }
+        Ok(Self {
+            odometry: Lines::open(&poses(folder).ok_or_else(|| missing("od.txt"))?)?,
+            sonar: Lines::open(&sonar(folder).ok_or_else(|| missing("sonar.txt"))?)?,
+            laser: laser.as_deref().map(Lines::open).transpose()?,
+            matched,
+            first_ms: None,
+            last_ms: f64::NEG_INFINITY,
+        })
+    }
+
+    /// Goes to the next row in each file; `false` when one of them ends.
+    fn advance(&mut self) -> Result<bool, DatasetError> {
+        let mut go_on = self.odometry.advance()?;
+        go_on &= self.sonar.advance()?;
+        for lines in [&mut self.laser, &mut self.matched].into_iter().flatten() {
+            go_on &= lines.advance()?;
+        }
+        Ok(go_on)
+    }
+
+    /// The row that was read last.
+    fn row(&mut self, rig: &Rig) -> Result<Row, RefusedRow> {
+        let [stamp_ms, x_mm, y_mm, tenths] = numbers(&self.odometry, ' ')?;
+        if !(stamp_ms >= self.last_ms && stamp_ms.abs() <= MAX_MS) {
+            return Err(self
+                .odometry
+                .refused(format!("stamp {stamp_ms} ms is out of order")));
+        }
+        let first_ms = *self.first_ms.get_or_insert(stamp_ms);
+        let mut world_from_body =
+            Pose2::new(1e-3 * x_mm, 1e-3 * y_mm, f64::to_radians(0.1 * tenths));
+        if let Some(lines) = &self.matched {
+            let [stamp_s, x_m, y_m, heading_rad] = numbers(lines, ',')?;
+            same_stamp(lines, 1e3 * stamp_s, stamp_ms - first_ms, MATCHED_WITHIN_MS)?;
+            world_from_body = Pose2::new(x_m, y_m, heading_rad);
+        }
+        let place = world_from_body.position;
+        if !(world_from_body.is_finite() && place.x.abs() <= MAX_M && place.y.abs() <= MAX_M) {
+            return Err(self
+                .odometry
+                .refused(format!("the robot is beyond {MAX_M} m")));
+        }
+        let sonar = ranges(&self.sonar, stamp_ms, SONARS, |index, mm| {
+            measured(&rig.mounts[index].sensor, mm, SONAR_NO_ECHO_MM)
+        })?;
+        let laser = match &self.laser {
+            None => Vec::new(),
+            Some(lines) => ranges(lines, stamp_ms, BEAMS, |_, mm| {
+                measured(&rig.mounts[SONARS].sensor, mm, LASER_NO_ECHO_MM)
+            })?,
+        };
+        self.last_ms = stamp_ms;
+        Ok(Row {
+            // Not negative and below 1e15.
+            stamp_us: (1e3 * (stamp_ms - first_ms)) as u64,
+            world_from_body,
+            sonar,
+            laser,
+        })
+    }
+}
+
+/// Eight cones, and behind them a scanner of 361 beams where there is a laser.
+fn check_rig(rig: &Rig, has_laser: bool) -> Result<(), DatasetError> {
+    let (sonars, rest) = rig.mounts.split_at(rig.mounts.len().min(SONARS));
+    let are_cones = sonars.len() == SONARS
+        && sonars
+            .iter()
+            .all(|mount| matches!(mount.sensor, Sensor::Cone(_)));
+    let is_scanner = rest
+        .first()
+        .is_some_and(|mount| mount.sensor.returns() == BEAMS);
+    if are_cones && (is_scanner || !has_laser) {
+        return Ok(());
+    }
+    Err(DatasetError::Rig {
+        rig: rig.name.clone(),
+        needed: format!(
+            "the recording needs {SONARS} cones{}, in this order",
+            if has_laser {
+                " and a scanner of 361 beams"
+            } else {
+                ""
+            }
+        ),
+    })
+}
+
+/// Exactly four numbers.
+fn numbers(lines: &Lines, separator: char) -> Result<[f64; 4], RefusedRow> {
+    let text = lines.text()?;
+    let mut fields = text
+        .split(separator)
+        .map(str::trim)
+        .filter(|field| !field.is_empty());
+    let mut row = [0.0; 4];
+    for value in &mut row {
+        *value = number(lines, fields.next().unwrap_or_default())?;
+    }
+    if fields.next().is_some() {
+        return Err(lines.refused("more than 4 values".to_owned()));
+    }
+    Ok(row)
+}
+
+fn number(lines: &Lines, field: &str) -> Result<f64, RefusedRow> {
+    let value = field.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| {
+        let shown = crate::escape::escaped(field);
+        lines.refused(format!("'{shown}' is no number"))
+    })
+}
+
+fn same_stamp(lines: &Lines, found: f64, expected: f64, within: f64) -> Result<(), RefusedRow> {
+    if (found - expected).abs() <= within {
+        return Ok(());
+    }
+    Err(lines.refused(format!("stamp {found} ms where {expected} ms is expected")))
+}
+
+/// The ranges of a row, `count` of them behind the stamp.
+fn ranges(
+    lines: &Lines,
+    stamp_ms: f64,
+    count: usize,
+    measured: impl Fn(usize, f64) -> Option<Return>,
+) -> Result<Vec<Return>, RefusedRow> {
+    let text = lines.text()?;
+    let mut fields = text.split_ascii_whitespace();
+    same_stamp(
+        lines,
+        number(lines, fields.next().unwrap_or_default())?,
+        stamp_ms,
+        0.0,
+    )?;
+    let mut returns = Vec::with_capacity(count);
+    for (index, field) in fields.enumerate() {
+        let value = number(lines, field)?;
+        if index >= count {
+            return Err(lines.refused(format!("more than {count} ranges")));
+        }
+        let refused = || lines.refused(format!("{value} mm is no range"));
+        returns.push(measured(index, value).ok_or_else(refused)?);
+    }
+    if returns.len() == count {
+        return Ok(returns);
+    }
+    Err(lines.refused(format!("{} of {count} ranges", returns.len())))
+}
+
+/// What a range in millimetres means to a sensor; `None` if it is no range.
+fn measured(sensor: &Sensor, mm: f64, no_echo_mm: f64) -> Option<Return> {
+    let (Sensor::Cone(super::super::rig::Cone {
+        range_m, sigma_m, ..
+    })
+    | Sensor::Scanner(super::super::rig::Scanner {
+        range_m, sigma_m, ..
+    })) = *sensor
+    else {
+        return None;
+    };
+    let [nearest_m, farthest_m] = range_m;
+    let metres = 1e-3 * mm;
+    Some(if mm < 0.0 || mm > no_echo_mm {
+        return None;
+    } else if mm >= no_echo_mm || metres > farthest_m {
+        Return::NoEcho {
+            limit_m: farthest_m,
+        }
+    } else if metres < nearest_m {
+        Return::TooClose
+    } else {
+        Return::Echo {
+            range_m: metres,
+            sigma_m,
+        }
+    })
+}

@@ -1,0 +1,171 @@
+//! Which board answers a greeting of this session.
+//!
+//! Bytes of an earlier session may still be in a line: in an adapter, a network, a pipe.
+//! A host therefore numbers its frames from a random number, and a board's answer carries
+//! the number of the `Hello` that it answers (`docs/protocol.md`, section 7). One answer
+//! of an earlier session passes with a chance of 1 in 65 536; two greetings in a row with
+//! numbers that do not depend on each other, 1 in 4 294 967 296.
+
+use std::hash::{BuildHasher, RandomState};
+
+use amiro_ipf::event::{Boot, Event, OffsetReport};
+use amiro_ipf::supervision::PostMortem;
+use amiro_ipf::wire::{Frame, Message};
+
+/// Frames from the `Boot` of an answer to its `Answer`: `PostMortem` and `Offsets` may
+/// lie between them.
+const LONGEST_ANSWER: u16 = 3;
+
+/// First numbers of sessions.
+pub(super) type Numbers = Box<dyn FnMut() -> u16 + Send>;
+
+/// Numbers that no two sessions share but by chance.
+///
+/// They are no secret: the standard library's hash keys are random once per process and
+/// differ from one to the next.
+pub(super) fn random_numbers() -> Numbers {
+    Box::new(|| {
+        let [low, high, ..] = RandomState::new().hash_one(0_u8).to_le_bytes();
+        u16::from_le_bytes([low, high])
+    })
+}
+
+/// What a board says of itself in answer to a greeting.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Answerer {
+    pub(super) boot: Boot,
+    pub(super) boot_id: u8,
+    pub(super) offsets: Option<OffsetReport>,
+    pub(super) post_mortem: Option<PostMortem>,
+    /// Number of the frame with the `Boot`.
+    sequence: u16,
+}
+
+impl Answerer {
+    /// Whether a frame is of the answer that began with the `Boot`.
+    fn is_followed_by(&self, frame: &Frame) -> bool {
+        let behind = frame.sequence.wrapping_sub(self.sequence);
+        self.boot_id == frame.boot_id && (1..=LONGEST_ANSWER).contains(&behind)
+    }
+}
+
+/// Frames that come while a host greets.
+#[derive(Debug, Default)]
+pub(super) struct Greeting {
+    candidate: Option<Answerer>,
+    answers_others: bool,
+}
+
+impl Greeting {
+    /// Takes the next frame; the board that answers the `Hello` with the number `hello`.
+    ///
+    /// The board is the one whose `Boot` lies directly in front of the `Answer`.
+    pub(super) fn take(&mut self, frame: &Frame, hello: u16) -> Option<Answerer> {
+        match &frame.message {
+            Message::Event(Event::Boot(boot)) => {
+                self.candidate = Some(Answerer {
+                    boot: *boot,
+                    boot_id: frame.boot_id,
+                    offsets: None,
+                    post_mortem: None,
+                    sequence: frame.sequence,
+                });
+            }
+            Message::Event(event) => {
+                let candidate = self.candidate.as_mut();
+                let candidate = candidate.filter(|board| board.is_followed_by(frame));
+                match (event, candidate) {
+                    (Event::Answer { input, .. }, Some(board)) if *input == hello => {
+                        return Some(board.clone());
+                    }
+                    (Event::Answer { .. }, _) => self.answers_others = true,
+                    (Event::Offsets(offsets), Some(board)) => board.offsets = Some(*offsets),
+                    (Event::PostMortem(record), Some(board)) => {
+                        board.post_mortem = Some(record.clone());
+                    }
+                    _ => {}
+                }
+            }
+            Message::Input(_) | Message::Truth(_) => {}
+        }
+        None
+    }
+
+    /// How the last board that said `Boot` introduced itself, whether it answered or not.
+    pub(super) fn last_boot(&self) -> Option<&Boot> {
+        self.candidate.as_ref().map(|board| &board.boot)
+    }
+
+    /// Whether answers came, and none to this session's greeting.
+    pub(super) fn answers_others(&self) -> bool {
+        self.answers_others
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use amiro_ipf::event::ClockSource;
+    use amiro_ipf::wire::WIRE_VERSION;
+
+    use super::*;
+
+    const BOOT: Boot = Boot {
+        wire_version: WIRE_VERSION,
+        build_id: 0,
+        capacity: 8,
+        window: 8,
+        baud: 0,
+        clock: ClockSource::Host,
+        core_hz: 0,
+    };
+
+    fn boot(boot_id: u8, sequence: u16) -> Frame {
+        frame(boot_id, sequence, Event::Boot(BOOT))
+    }
+
+    fn answer(boot_id: u8, sequence: u16, input: u16) -> Frame {
+        let refused = None;
+        frame(boot_id, sequence, Event::Answer { input, refused })
+    }
+
+    fn frame(boot_id: u8, sequence: u16, event: Event) -> Frame {
+        Frame {
+            boot_id,
+            sequence,
+            message: Message::Event(event),
+        }
+    }
+
+    /// Boot id of the board that answers the greeting 700 in these frames.
+    fn answerer(frames: impl IntoIterator<Item = Frame>) -> Option<u8> {
+        let mut greeting = Greeting::default();
+        let mut frames = frames.into_iter();
+        frames.find_map(|frame| Some(greeting.take(&frame, 700)?.boot_id))
+    }
+
+    #[test]
+    fn stale_frames_of_another_board_do_not_introduce_it() {
+        let stale = [boot(9, 40), answer(9, 41, 0)];
+        assert_eq!(answerer(stale.clone()), None);
+        let real = [boot(3, 7), answer(3, 8, 700)];
+        assert_eq!(answerer(stale.into_iter().chain(real)), Some(3));
+        // The answer is the real board's, the introduction is not.
+        assert_eq!(answerer([boot(9, 40), answer(3, 41, 700)]), None);
+    }
+
+    #[test]
+    fn a_stale_introduction_of_the_same_boot_is_not_taken_for_the_answer() {
+        assert_eq!(answerer([boot(3, 7), answer(3, 5000, 700)]), None);
+        assert_eq!(answerer([boot(3, 65_535), answer(3, 2, 700)]), Some(3));
+        assert_eq!(answerer([boot(3, 65_535), answer(3, 3, 700)]), None);
+        assert_eq!(answerer([answer(3, 6, 700), boot(3, 7)]), None);
+    }
+
+    #[test]
+    fn first_numbers_differ_from_session_to_session() {
+        let mut numbers = random_numbers();
+        let drawn: std::collections::BTreeSet<u16> = (0..64).map(|_| numbers()).collect();
+        // 64 of 65 536 numbers: three pairs of equal ones have a chance below 1e-5.
+        assert!(drawn.len() > 61, "{drawn:?}");
+    }
+}

@@ -1,0 +1,64 @@
+//! What a comparison of two runs found.
+
+use std::fmt;
+
+/// Whether two runs are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Equality {
+    /// Everything was compared and equal.
+    Equal,
+    /// All digests and everything that came are equal; particle messages were lost.
+    ParticlesLost,
+    /// Something differs, is missing or was too many.
+    Different,
+}
+
+/// What a comparison found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Verdict {
+    /// Whether the runs are equal.
+    pub equality: Equality,
+    /// Whether everything was compared and equal.
+    pub equal: bool,
+    /// The first step in which they differ.
+    pub first_different_step: Option<u32>,
+    /// Step messages compared equal, the begin of each.
+    pub steps: usize,
+    /// Digests compared equal.
+    pub digests: usize,
+    /// Particle messages compared equal.
+    pub particle_messages: usize,
+    /// Particle outcomes in them.
+    pub particles: usize,
+    /// Particle messages of the host's run that did not come.
+    pub particle_messages_lost: u64,
+    /// Steps that the host computed.
+    pub expected_steps: usize,
+    /// Why it is not equal.
+    pub reasons: Vec<String>,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.equality, self.first_different_step) {
+            (Equality::Equal, _) => f.write_str("EQUAL")?,
+            (Equality::ParticlesLost, _) => write!(
+                f,
+                "EQUAL, {} particle messages lost",
+                self.particle_messages_lost
+            )?,
+            (Equality::Different, Some(step)) => write!(f, "DIFFERENT at step {step}")?,
+            (Equality::Different, None) => f.write_str("DIFFERENT")?,
+        }
+        write!(
+            f,
+            ": {} of {} steps, {} digests, {} particle messages with {} outcomes compared equal",
+            self.steps, self.expected_steps, self.digests, self.particle_messages, self.particles
+        )?;
+        for reason in &self.reasons {
+            write!(f, "\n  {reason}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,68 @@
+//! Whether a file is the recording of a robot, which cannot be made again.
+
+use amiro_ipf::config::Source;
+use amiro_ipf::input::Input;
+use amiro_ipf::wire::{Decoder, Message, Received};
+
+/// How many bytes of a file's beginning are enough to decide.
+pub(crate) const DECIDING_BYTES: usize = 8192;
+
+/// Whether a file that begins with these bytes is the recording of a robot: AMiRo's text,
+/// or frames that begin with the configuration of a board that reads its own sensors.
+///
+/// What `simulate` and `replay` write is none: a simulated recording begins with its
+/// truth, and the stream of a replay has its inputs from the link.
+pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let mut letters = text.iter().filter(|byte| !byte.is_ascii_whitespace());
+    if b"PRV0PRV1".iter().all(|letter| {
+        let next = letters.next();
+        next.is_some_and(|next| next.eq_ignore_ascii_case(letter))
+    }) {
+        return true;
+    }
+    let mut decoder = Decoder::new();
+    let mut frames = head.iter().filter_map(|byte| match decoder.push(*byte)? {
+        Received::Frame { frame, .. } => Some(frame.message),
+        Received::Broken(_) => None,
+    });
+    matches!(
+        frames.next(),
+        Some(Message::Input(Input::Configure(config))) if config.source == Source::Board
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use amiro_ipf::config::Config;
+
+    use super::*;
+    use crate::log::RecordingWriter;
+
+    fn recording(source: Source) -> Vec<u8> {
+        let config = Config {
+            source,
+            ..Config::default()
+        };
+        let mut bytes = Vec::new();
+        let mut writer = RecordingWriter::new(&mut bytes).unwrap();
+        writer.write_input(&Input::Configure(config)).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn a_robots_recordings_are_told_from_what_can_be_made_again() {
+        assert!(is_of_a_robot(&recording(Source::Board)));
+        assert!(is_of_a_robot(b"PRV 0\tPRV 1\tPRV 2"));
+        assert!(is_of_a_robot(b"\xef\xbb\xbfprv0\tPRV 1"));
+        for other in [
+            &recording(Source::Link)[..],
+            b"",
+            b"PRV 0",
+            b"P5\n",
+            b"\0\0\0",
+        ] {
+            assert!(!is_of_a_robot(other), "{other:?}");
+        }
+    }
+}

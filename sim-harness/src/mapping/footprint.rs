@@ -1,0 +1,275 @@
+//! The robot's footprint: where its hull has been there is no wall.
+
+use std::collections::BTreeSet;
+
+use amiro_ipf::event::Event;
+use amiro_ipf::sensor::Ring;
+
+use super::{Cell, Grid, Map, Mapper};
+use crate::world::Vector;
+
+/// Rounding that is forgiven at the hull's edge, metres: poses are `f32`, so a cell's
+/// centre on the edge lies outside.
+const ROUNDING_M: f64 = 1e-6;
+/// Probability that a cell under the hull is occupied.
+const FREE: f32 = 0.0;
+
+/// Radius of a robot's hull, metres, to the micrometre: its sensors sit on the hull.
+#[must_use]
+pub fn hull_radius_m(ring: &Ring) -> f64 {
+    (f64::from(ring.radius_m) * 1e6).round() / 1e6
+}
+
+/// A mapper whose map is free wherever the robot's hull has been.
+///
+/// Not in the paper. A cell is free if its centre lies strictly inside the hull, a disc
+/// about the robot's centre, at some pose of the robot: at the pose of each step, and on
+/// the straight way between the poses of two steps in a row. A wall that touches the hull
+/// keeps its cells. The way is not swept across a `BrokeOff`, nor over more than a
+/// diameter of the hull, which is longer than any step: steps are then missing and the
+/// way between the two poses is unknown.
+///
+/// The footprint replaces the mapper's evidence in the finished map, instead of being
+/// counted with it. The mapped world does not move, so that a place where the hull has
+/// been is free before and after; evidence against that is wrong, however much of it
+/// there is, and a count would need a weight that no measurement gives. Where the
+/// odometry drifts, the hull may be reckoned to have been in a wall that was mapped
+/// earlier: the map then contradicts itself, and shows the newer of the two.
+#[derive(Clone, Debug)]
+pub struct FootprintMapper<M> {
+    mapper: M,
+    footprint: Option<Footprint>,
+}
+
+/// The cells that have been under the hull.
+#[derive(Clone, Debug)]
+struct Footprint {
+    radius_m: f64,
+    /// Cells without content, for their places.
+    places: Grid<()>,
+    cells: BTreeSet<Cell>,
+    /// Steps so far away that no grid has cells there.
+    refused: u64,
+    /// The robot's centre at the step before, unless the odometry broke off since.
+    last: Option<Vector>,
+}
+
+impl<M> FootprintMapper<M> {
+    /// A mapper with square cells of the given size, metres, for a hull of the given
+    /// radius, metres; without a radius the map is the given mapper's.
+    #[must_use]
+    pub fn new(mapper: M, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
+        let footprint = hull_radius_m.map(|radius_m| Footprint {
+            radius_m,
+            places: Grid::new(cell_m, ()),
+            cells: BTreeSet::new(),
+            refused: 0,
+            last: None,
+        });
+        Self { mapper, footprint }
+    }
+
+    /// Radius of the hull whose footprint is free, metres; `None` without a footprint.
+    #[must_use]
+    pub fn hull_radius_m(&self) -> Option<f64> {
+        self.footprint.as_ref().map(|footprint| footprint.radius_m)
+    }
+
+    /// The mapper without the footprint.
+    #[must_use]
+    pub fn counted(&self) -> &M {
+        &self.mapper
+    }
+}
+
+impl<M: Mapper> Mapper for FootprintMapper<M> {
+    fn take(&mut self, event: &Event) {
+        self.mapper.take(event);
+        if let Some(footprint) = &mut self.footprint {
+            footprint.take(event);
+        }
+    }
+
+    fn map(&self) -> Map {
+        let mut map = self.mapper.map();
+        let Some(footprint) = &self.footprint else {
+            return map;
+        };
+        for cell in &footprint.cells {
+            if let Some(p_occ) = map.reach(*cell) {
+                *p_occ = FREE;
+            }
+        }
+        (0..footprint.refused).for_each(|_| map.refuse());
+        map
+    }
+}
+
+impl Footprint {
+    fn take(&mut self, event: &Event) {
+        match event {
+            Event::StepBegun(step) => {
+                let to = Vector::from(step.pose.position);
+                let is_known = |from: &Vector| (to - *from).norm() <= 2.0 * self.radius_m;
+                let from = self.last.filter(is_known).unwrap_or(to);
+                self.sweep(from, to);
+                self.last = Some(to);
+            }
+            Event::BrokeOff { .. } => self.last = None,
+            _ => {}
+        }
+    }
+
+    /// Adds the cells under a hull that goes straight from one place to another.
+    fn sweep(&mut self, from: Vector, to: Vector) {
+        let radius_m = self.radius_m - ROUNDING_M;
+        let low = self
+            .places
+            .cell_at(from.x.min(to.x) - radius_m, from.y.min(to.y) - radius_m);
+        let high = self
+            .places
+            .cell_at(from.x.max(to.x) + radius_m, from.y.max(to.y) + radius_m);
+        let (Some(low), Some(high)) = (low, high) else {
+            self.refused += 1;
+            return;
+        };
+        for row in low.row..=high.row {
+            for column in low.column..=high.column {
+                let cell = Cell { row, column };
+                let (x, y) = self.places.centre(cell);
+                if distance_m(Vector::new(x, y), from, to) < radius_m {
+                    self.cells.insert(cell);
+                }
+            }
+        }
+    }
+}
+
+/// Distance of a place from the straight piece between two others, metres.
+fn distance_m(place: Vector, from: Vector, to: Vector) -> f64 {
+    let way = to - from;
+    let squared = way.dot(way);
+    let share = if squared > 0.0 {
+        ((place - from).dot(way) / squared).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (place - from - way.scaled(share)).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mapping::Occupancy;
+    use amiro_ipf::event::StepBegun;
+    use amiro_ipf::geometry::Pose;
+    use amiro_ipf::sensor::{SENSORS, Sample};
+
+    const RADIUS_M: f64 = 0.05;
+
+    /// A mapper that finds every cell within 200 mm of the origin occupied.
+    struct Walls;
+
+    impl Mapper for Walls {
+        fn take(&mut self, _: &Event) {}
+
+        fn map(&self) -> Map {
+            let mut map = Grid::new(0.01, 0.5);
+            for row in -20..20 {
+                for column in -20..20 {
+                    *map.reach(Cell { row, column }).unwrap() = 1.0;
+                }
+            }
+            map
+        }
+    }
+
+    fn step(x: f32, y: f32) -> Event {
+        Event::StepBegun(StepBegun {
+            index: 0,
+            stamp_us: 0,
+            pose: Pose::new(x, y, 0.0),
+            samples: [Sample::Missing; SENSORS],
+        })
+    }
+
+    fn map(events: &[Event], hull_radius_m: Option<f64>) -> Map {
+        let mut mapper = FootprintMapper::new(Walls, 0.01, hull_radius_m);
+        events.iter().for_each(|event| mapper.take(event));
+        mapper.map()
+    }
+
+    fn free(map: &Map) -> Vec<(f64, f64)> {
+        let free = map
+            .iter()
+            .filter(|(_, p)| Occupancy::of(**p) == Occupancy::Free);
+        free.map(|(cell, _)| map.centre(cell)).collect()
+    }
+
+    #[test]
+    fn no_cell_under_the_hull_is_occupied_and_none_beside_it_is_cleared() {
+        let map = map(&[step(0.005, 0.005)], Some(RADIUS_M));
+        for (cell, p_occ) in map.iter() {
+            let (x, y) = map.centre(cell);
+            let from_robot_m = ((x - 0.005).powi(2) + (y - 0.005).powi(2)).sqrt();
+            if from_robot_m > 0.19 {
+                continue;
+            }
+            let is_under = from_robot_m < RADIUS_M - 1e-6;
+            assert_eq!(*p_occ < 0.5, is_under, "({x}, {y})");
+        }
+        // Points of a square lattice within 4.99 of the origin; twelve more lie on 5.
+        assert_eq!(free(&map).len(), 69);
+    }
+
+    #[test]
+    fn a_wall_that_touches_the_hull_keeps_its_cells() {
+        // The robot's left edge is at y = 0.05, and a wall begins there.
+        let map = map(
+            &[step(-0.1, 0.0), step(0.0, 0.0), step(0.1, 0.0)],
+            Some(RADIUS_M),
+        );
+        let free = free(&map);
+        assert!(free.iter().any(|(_, y)| *y > 0.044), "{free:?}");
+        assert!(free.iter().all(|(_, y)| *y < 0.05), "{free:?}");
+    }
+
+    #[test]
+    fn the_way_between_two_steps_is_free() {
+        // Two discs 95 mm apart leave corners between them.
+        let events = [step(-0.0475, 0.0), step(0.0475, 0.0)];
+        let swept = map(&events, Some(RADIUS_M));
+        let between = swept.cell_at(0.005, 0.045).unwrap();
+        assert_eq!(swept.get(between), Some(&FREE));
+        // The order does not matter.
+        let [first, last] = events;
+        assert_eq!(map(&[last, first], Some(RADIUS_M)), swept);
+    }
+
+    #[test]
+    fn nothing_is_swept_across_odometry_that_broke_off_or_jumped() {
+        let between = |events: &[Event]| {
+            let map = map(events, Some(RADIUS_M));
+            map.get(map.cell_at(0.005, 0.045).unwrap()).copied()
+        };
+        let broke_off = Event::BrokeOff { stamp_us: 0 };
+        let broken = [step(-0.0475, 0.0), broke_off, step(0.0475, 0.0)];
+        assert_eq!(between(&broken), Some(1.0));
+        assert_eq!(between(&[step(-0.15, 0.0), step(0.15, 0.0)]), Some(1.0));
+    }
+
+    #[test]
+    fn without_a_radius_the_map_is_the_mappers() {
+        assert_eq!(map(&[step(0.0, 0.0)], None), Walls.map());
+    }
+
+    #[test]
+    fn a_pose_that_is_no_place_clears_nothing() {
+        let events = [
+            step(f32::NAN, 0.0),
+            step(3e38, 0.0),
+            step(f32::INFINITY, 0.0),
+        ];
+        assert_eq!(free(&map(&events, Some(RADIUS_M))), []);
+    }
+}

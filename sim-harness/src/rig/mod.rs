@@ -1,0 +1,39 @@
+//! A robot as data: its size, and where which sensors sit on it.
+
+mod file;
+mod sensor;
+
+pub use file::RigError;
+pub use sensor::{Cone, Infrared, Scanner, Sensor};
+
+use crate::geometry::Pose2;
+
+/// A robot: name, size, and the sensors in the order in which a scan lists them.
+///
+/// Rigs are TOML files in `rigs/`, described in its `README.md`. Body frame: x forward,
+/// y left, angles counter-clockwise; the origin is the point that the poses of a drive
+/// describe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// A short name, without control characters.
+    pub name: String,
+    /// What the robot is, in a sentence.
+    pub about: String,
+    /// Radius of the hull around the origin, metres.
+    pub radius_m: f64,
+    /// Distance between the wheels, metres, where it is known.
+    pub track_m: Option<f64>,
+    /// The sensors; at least one.
+    pub mounts: Vec<Mount>,
+}
+
+/// One sensor on a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mount {
+    /// What the sensor is called, without control characters.
+    pub name: String,
+    /// Where it sits and looks; its axis is the sensor frame's x.
+    pub body_from_sensor: Pose2,
+    /// How it measures.
+    pub sensor: Sensor,
+}

@@ -1,0 +1,226 @@
+//! The unit's life: into initialisation, onto the bus, off it and back.
+
+use crate::can::{CanState, Frame, Identifier, StandardId};
+use heapless::Vec;
+
+use super::filters;
+use super::mailboxes::Mailboxes;
+use super::registers::{
+    ABOM, AWUM, BOFF, BOFIE, ERRI, FMP0, FMPIE0, FOVR0, IDE, INAK, INRQ, RFOM0, RTR, Register,
+    Registers, TXFP,
+};
+use super::timing::BitTiming;
+
+/// A unit that has not gone into initialisation after this long is not there,
+/// microseconds. One that is needs the rest of a frame, 0.13 ms, at most.
+pub(super) const PATIENCE_US: u64 = 100_000;
+
+/// Between two attempts at a unit that is not there, microseconds.
+pub(super) const RETRY_US: u64 = 1_000_000;
+
+/// Frames of one call of [`Controller::receive`]: as many as the FIFO holds.
+pub(super) const MOST_FRAMES: usize = 3;
+
+/// What the unit does on the bus: comes back by itself, wakes up, sends in order. Off is
+/// the FIFO's lock: when it is full the newest frame replaces the last.
+const SETTINGS: u32 = ABOM | AWUM | TXFP;
+
+/// What a patrol found; counters saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CanHealth {
+    /// Where the unit is.
+    pub state: CanState,
+    /// Frames taken from the FIFO.
+    pub received: u32,
+    /// Times that the FIFO was full and lost a frame or more.
+    pub overruns: u32,
+    /// Frames that were sent and acknowledged.
+    pub sent: u32,
+    /// Frames given up after 20 ms in a mailbox.
+    pub given_up: u32,
+    /// Frames for which there was no mailbox, or no bus.
+    pub refused: u32,
+    /// Times that the unit went off the bus.
+    pub bus_offs: u32,
+    /// The unit's counter of receive errors.
+    pub receive_errors: u8,
+    /// The unit's counter of transmit errors, up to 255.
+    pub transmit_errors: u8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Not asked yet.
+    Off,
+    /// Asked to go into initialisation.
+    Entering { since_us: u64 },
+    /// Set up; waits for eleven recessive bits.
+    Joining,
+    /// Takes part, or is off the bus.
+    Taking,
+    /// Did not answer.
+    Absent { since_us: u64 },
+}
+
+/// A bxCAN unit on the robot's bus.
+pub struct Controller<R> {
+    registers: R,
+    timing: Option<BitTiming>,
+    phase: Phase,
+    mailboxes: Mailboxes,
+    health: CanHealth,
+}
+
+impl<R: Registers> Controller<R> {
+    /// A unit that nobody has asked yet. Without a timing for the board's clock it
+    /// stays [`CanState::Absent`]: a wrong one would disturb everybody.
+    pub const fn new(registers: R, timing: Option<BitTiming>) -> Self {
+        Self {
+            registers,
+            timing,
+            phase: Phase::Off,
+            mailboxes: Mailboxes::new(),
+            health: CanHealth {
+                state: CanState::Absent,
+                received: 0,
+                overruns: 0,
+                sent: 0,
+                given_up: 0,
+                refused: 0,
+                bus_offs: 0,
+                receive_errors: 0,
+                transmit_errors: 0,
+            },
+        }
+    }
+
+    /// Goes a step on towards the bus, or looks after what is on it; at most some
+    /// thirty accesses. To be called every 10 ms or so.
+    pub fn patrol(&mut self, now_us: u64) {
+        match self.phase {
+            Phase::Off => self.enter(now_us),
+            Phase::Entering { since_us } => self.await_initialisation(now_us, since_us),
+            Phase::Joining => self.await_bus(),
+            Phase::Taking => self.watch(now_us),
+            Phase::Absent { since_us } if now_us.saturating_sub(since_us) >= RETRY_US => {
+                self.enter(now_us);
+            }
+            Phase::Absent { .. } => {}
+        }
+    }
+
+    /// What is known of the unit.
+    pub const fn health(&self) -> &CanHealth {
+        &self.health
+    }
+
+    /// Takes what has come in, at most three frames, oldest first; for the interrupt of
+    /// FIFO 0, which comes again while there is more.
+    pub fn receive(&mut self) -> Vec<Frame, MOST_FRAMES, u8> {
+        let mut frames = Vec::new();
+        for _ in 0..MOST_FRAMES {
+            let status = self.registers.read(Register::RF0R);
+            if status & FOVR0 != 0 {
+                self.registers.write(Register::RF0R, FOVR0);
+                self.health.overruns = self.health.overruns.saturating_add(1);
+            }
+            // A frame that is being released would be read twice.
+            if status & FMP0 == 0 || status & RFOM0 != 0 {
+                break;
+            }
+            let frame = self.first_frame();
+            self.registers.write(Register::RF0R, RFOM0);
+            self.health.received = self.health.received.saturating_add(1);
+            // As many turns as places.
+            let _ = frames.push(frame);
+        }
+        frames
+    }
+
+    /// Hands a frame to the unit; whether it took it. Nothing is kept of one that it
+    /// did not take: the next one says more.
+    pub fn transmit(&mut self, now_us: u64, frame: &Frame) -> bool {
+        let is_taken = self.health.state == CanState::On && {
+            self.look_at_mailboxes(now_us);
+            self.mailboxes.put(&mut self.registers, now_us, frame)
+        };
+        if !is_taken {
+            self.health.refused = self.health.refused.saturating_add(1);
+        }
+        is_taken
+    }
+
+    fn enter(&mut self, now_us: u64) {
+        if self.timing.is_none() {
+            return;
+        }
+        // The request to sleep, with which the unit comes out of reset, goes as well.
+        self.registers.write(Register::MCR, SETTINGS | INRQ);
+        self.phase = Phase::Entering { since_us: now_us };
+        self.health.state = CanState::Joining;
+    }
+
+    fn await_initialisation(&mut self, now_us: u64, since_us: u64) {
+        let Some(timing) = self.timing else { return };
+        if self.registers.read(Register::MSR) & INAK != 0 {
+            self.registers.write(Register::BTR, timing.bits());
+            self.registers.write(Register::IER, FMPIE0 | BOFIE);
+            filters::set(&mut self.registers);
+            self.registers.write(Register::MCR, SETTINGS);
+            self.phase = Phase::Joining;
+        } else if now_us.saturating_sub(since_us) >= PATIENCE_US {
+            self.phase = Phase::Absent { since_us: now_us };
+            self.health.state = CanState::Absent;
+        }
+    }
+
+    /// On a bus that is held dominant this is for ever, and costs nobody anything.
+    fn await_bus(&mut self) {
+        if self.registers.read(Register::MSR) & INAK == 0 {
+            self.phase = Phase::Taking;
+            self.health.state = CanState::On;
+        }
+    }
+
+    fn watch(&mut self, now_us: u64) {
+        let errors = self.registers.read(Register::ESR);
+        [self.health.receive_errors, self.health.transmit_errors] =
+            [(errors >> 24) as u8, (errors >> 16) as u8];
+        // The flag stays when the unit is back before the patrol comes by.
+        if self.registers.read(Register::MSR) & ERRI != 0 {
+            self.registers.write(Register::MSR, ERRI);
+            self.health.bus_offs = self.health.bus_offs.saturating_add(1);
+        }
+        self.health.state = if errors & BOFF != 0 {
+            CanState::BusOff
+        } else {
+            CanState::On
+        };
+        self.look_at_mailboxes(now_us);
+    }
+
+    fn look_at_mailboxes(&mut self, now_us: u64) {
+        let outcome = self.mailboxes.look(&mut self.registers, now_us);
+        self.health.sent = self.health.sent.saturating_add(outcome.sent);
+        self.health.given_up = self.health.given_up.saturating_add(outcome.given_up);
+    }
+
+    fn first_frame(&self) -> Frame {
+        let head = self.registers.read(Register::RI0R);
+        let length = self.registers.read(Register::RDT0R);
+        let [a, b, c, d] = self.registers.read(Register::RDL0R).to_le_bytes();
+        let [e, f, g, h] = self.registers.read(Register::RDH0R).to_le_bytes();
+        let identifier = if head & IDE != 0 {
+            Identifier::Extended(head >> 3)
+        } else {
+            Identifier::Standard(StandardId::from_bits((head >> 21) as u16))
+        };
+        let length_code = (length & 0xf) as u8;
+        Frame::received(
+            identifier,
+            head & RTR != 0,
+            length_code,
+            [a, b, c, d, e, f, g, h],
+        )
+    }
+}

@@ -1,0 +1,37 @@
+//! How far a transaction is.
+
+use crate::driver::BusFault;
+
+/// What a call has led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// No transaction is under way.
+    Idle,
+    /// The transaction goes on.
+    Running,
+    /// The transaction has just ended: [`result`](super::Master::result). Said once for each.
+    Done,
+    /// Not begun: another transaction is under way.
+    Refused,
+}
+
+/// Which way data go after the address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    Write,
+    Read,
+}
+
+/// What the unit is asked to do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    Idle,
+    /// A start is asked for; then the address.
+    Start(Direction),
+    /// The address is out; then its acknowledgement.
+    Address(Direction),
+    Writing,
+    Reading,
+    /// A stop is asked for, after which the transaction has ended thus.
+    Stop(Result<(), BusFault>),
+}
