@@ -33,6 +33,17 @@ SECTIONS
 } INSERT AFTER .vector_table;
 ";
 
+/// What the flash image is made of: files, and folders with all that is in them.
+const FILES: [&str; 6] = [
+    "build.rs",
+    "Cargo.toml",
+    "Cargo.lock",
+    "memory.x",
+    "drivers/pca9544a/Cargo.toml",
+    "drivers/vcnl4020/Cargo.toml",
+];
+const FOLDERS: [&str; 3] = ["src", "drivers/pca9544a/src", "drivers/vcnl4020/src"];
+
 #[expect(
     clippy::disallowed_macros,
     reason = "how a build script reports to cargo"
@@ -50,7 +61,9 @@ fn main() -> io::Result<()> {
     for source in sources(Path::new(""))? {
         println!("cargo::rerun-if-changed={}", source.display());
     }
-    println!("cargo::rerun-if-changed=src");
+    for folder in FOLDERS {
+        println!("cargo::rerun-if-changed={folder}");
+    }
     println!(
         "cargo::rustc-env=AMIRO_IPF_BUILD_ID={:016x}",
         build_id(Path::new(""))?
@@ -82,10 +95,10 @@ pub(crate) fn build_id(root: &Path) -> io::Result<u64> {
 
 /// Paths from the root of everything that the flash image is made of.
 fn sources(root: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut sources: Vec<PathBuf> = ["build.rs", "Cargo.toml", "Cargo.lock", "memory.x"]
-        .map(PathBuf::from)
-        .into();
-    collect(root, Path::new("src"), &mut sources)?;
+    let mut sources: Vec<PathBuf> = FILES.map(PathBuf::from).into();
+    for folder in FOLDERS {
+        collect(root, Path::new(folder), &mut sources)?;
+    }
     Ok(sources)
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use amiro_ipf::board::{budget, can, i2c};
 use amiro_ipf::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
 use amiro_ipf::driver::branch::USUAL_ROUND_CLOCKS;
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, at24c01, pca9544a, vcnl4020};
+use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01, vcnl4020};
 use amiro_ipf::senses::{ODOMETRY_AGE_US, ROUND_US};
 use amiro_ipf::sensor::{Ring, SENSORS};
 
@@ -197,7 +197,7 @@ fn addresses_are_the_drivers() {
         .map(|row| (row[0].clone(), row[3].clone()))
         .collect();
     let expected = [
-        ("PCA9544A", pca9544a::ADDRESS_AMIRO),
+        ("PCA9544A", MUX_ADDRESS.bits()),
         ("VCNL4020", vcnl4020::ADDRESS),
         ("AT24C01", at24c01::ADDRESS_AMIRO),
     ]

@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use amiro_ipf::driver::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
 
-use sim_harness::bus::{At24c01, Pca9544a, Vcnl4020};
+use sim_harness::bus::{At24c01Model, Pca9544aModel, Vcnl4020Model};
 
 use amiro_ipf::board::i2c::{self, Line, Master, Progress, Register, Registers, Timing};
 use i2c_model::{Bench, FOR_EVER, Fault, PATROL_NS, Part, Seen, Stuck};
@@ -166,8 +166,8 @@ fn a_transaction_lasts_its_bits_and_a_little() {
 
 #[test]
 fn the_robots_parts_understand_the_master() {
-    let sensors = std::array::from_fn(|_| Vcnl4020::default());
-    let mut bench = Bench::new(Pca9544a::new(0x77, sensors), 12);
+    let sensors = std::array::from_fn(|_| Vcnl4020Model::default());
+    let mut bench = Bench::new(Pca9544aModel::new(0x77, sensors), 12);
     bench.lateness_ns = 10_000;
     // Nobody behind the mux until a channel is selected; it reads back.
     let product = Transaction::new(0x13, &[0x81], 1);
@@ -184,7 +184,7 @@ fn the_robots_parts_understand_the_master() {
 
 #[test]
 fn a_memory_keeps_a_page_that_the_master_wrote() {
-    let mut bench = Bench::new(At24c01::new(0x50), 13);
+    let mut bench = Bench::new(At24c01Model::new(0x50), 13);
     let page = [0x18, 1, 2, 3, 4, 5, 6, 7, 8];
     assert_eq!(bench.run(&Transaction::new(0x50, &page, 0)), Ok(vec![]));
     // Deaf while it writes.

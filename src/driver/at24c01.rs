@@ -17,8 +17,6 @@
 //! assert_eq!(parts[1].to_write(), [8, 9, 9, 9, 9, 9, 9, 9]);
 //! ```
 
-use embedded_hal::i2c::{Error as _, ErrorKind, I2c};
-
 use super::{LONGEST_READ, Transaction};
 
 /// The address with all three address pins low, as on the AMiRo.
@@ -87,124 +85,9 @@ pub fn ask_whether_ready(address: u8) -> Transaction {
     Transaction::new(address, &[], 0)
 }
 
-/// What went wrong with an AT24C01.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Error<E> {
-    /// The bus failed; its own words.
-    Bus(E),
-    /// The range goes beyond the memory's end; nothing was said to the part.
-    OutOfRange,
-    /// The part was still writing a page at the last poll.
-    Busy,
-}
-
-impl<E: core::fmt::Debug> core::fmt::Display for Error<E> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Bus(error) => write!(f, "the bus failed: {error:?}"),
-            Self::OutOfRange => f.write_str("the range goes beyond the memory's end"),
-            Self::Busy => f.write_str("the part is still writing"),
-        }
-    }
-}
-
-impl<E: core::fmt::Debug> core::error::Error for Error<E> {}
-
-/// An AT24C01 on a bus that waits for the end of each transaction.
-#[derive(Debug)]
-pub struct At24c01<I2C> {
-    bus: I2C,
-    address: u8,
-}
-
-impl<I2C: I2c> At24c01<I2C> {
-    /// The part at an address, 0x50 to 0x57; says nothing to it yet.
-    pub const fn new(bus: I2C, address: u8) -> Self {
-        Self { bus, address }
-    }
-
-    /// The bus back.
-    pub fn release(self) -> I2C {
-        self.bus
-    }
-
-    /// Fills `bytes` from `start` on. 3 bytes for every 16 and those that are read: 16
-    /// take 1.74 or 0.44 ms.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`]; [`Error::Bus`], also when the part is writing; `bytes`
-    /// may be half filled then.
-    pub fn read(&mut self, start: u8, bytes: &mut [u8]) -> Result<(), Error<I2C::Error>> {
-        check(start, bytes.len())?;
-        let parts = reads(self.address, start, bytes.len());
-        for (place, part) in bytes.chunks_mut(LONGEST_READ).zip(parts) {
-            let answer = part.exchange_on(&mut self.bus).map_err(Error::Bus)?;
-            for (byte, read) in place.iter_mut().zip(&answer) {
-                *byte = *read;
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes `bytes` from `start` on, and asks up to `polls` times after each page
-    /// whether it is done. 2 bytes a page and those written, 1 a poll: a page takes
-    /// 0.92 or 0.23 ms and up to 5 ms of polls, 46 or 182 of them.
-    ///
-    /// No delay lies between the polls. On success the last page is written, not only
-    /// sent.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`]; [`Error::Busy`] after the last poll; [`Error::Bus`]. The
-    /// pages before are written then.
-    pub fn write(&mut self, start: u8, bytes: &[u8], polls: u16) -> Result<(), Error<I2C::Error>> {
-        check(start, bytes.len())?;
-        for part in writes(self.address, start, bytes) {
-            part.exchange_on(&mut self.bus).map_err(Error::Bus)?;
-            self.wait(polls)?;
-        }
-        Ok(())
-    }
-
-    fn wait(&mut self, polls: u16) -> Result<(), Error<I2C::Error>> {
-        for _ in 0..polls {
-            match ask_whether_ready(self.address).exchange_on(&mut self.bus) {
-                Ok(_) => return Ok(()),
-                Err(error) if matches!(error.kind(), ErrorKind::NoAcknowledge(_)) => {}
-                Err(error) => return Err(Error::Bus(error)),
-            }
-        }
-        Err(Error::Busy)
-    }
-}
-
-const fn check<E>(start: u8, length: usize) -> Result<(), Error<E>> {
-    if (start as usize).saturating_add(length) > BYTES {
-        return Err(Error::OutOfRange);
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
-    use embedded_hal::i2c::NoAcknowledgeSource;
-    use embedded_hal_mock::eh1::i2c::{Mock, Transaction as Expected};
-
     use super::*;
-
-    const NACK: ErrorKind = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
-
-    fn memory(expected: &[Expected]) -> At24c01<Mock> {
-        At24c01::new(Mock::new(expected), ADDRESS_AMIRO)
-    }
-
-    fn write(bytes: &[u8]) -> Expected {
-        Expected::write(0x50, bytes.to_vec())
-    }
-
-    fn read(start: u8, answer: &[u8]) -> Expected {
-        Expected::write_read(0x50, vec![start], answer.to_vec())
-    }
 
     #[test]
     fn writes_of_every_range_arrive_in_a_memory_that_wraps_within_pages() {
@@ -244,73 +127,6 @@ mod tests {
                 assert_eq!(covered, expected, "{length} bytes from {start}");
             }
         }
-    }
-
-    #[test]
-    fn a_range_is_read_in_parts_of_sixteen() {
-        let mut memory = memory(&[read(0x14, &[1; 16]), read(0x24, &[2; 4])]);
-        let mut bytes = [0; 20];
-        assert_eq!(memory.read(0x14, &mut bytes), Ok(()));
-        assert_eq!(bytes[..16], [1; 16]);
-        assert_eq!(bytes[16..], [2; 4]);
-        memory.release().done();
-    }
-
-    #[test]
-    fn a_failing_bus_ends_a_read() {
-        let expected = [
-            read(0x14, &[1; 16]),
-            read(0x24, &[2; 4]).with_error(ErrorKind::Bus),
-        ];
-        let mut memory = memory(&expected);
-        let outcome = memory.read(0x14, &mut [0; 20]);
-        assert_eq!(outcome, Err(Error::Bus(ErrorKind::Bus)));
-        memory.release().done();
-    }
-
-    #[test]
-    fn each_page_is_waited_for() {
-        let mut memory = memory(&[
-            write(&[6, 1, 2]),
-            write(&[]).with_error(NACK),
-            write(&[]).with_error(NACK),
-            write(&[]),
-            write(&[8, 3]),
-            write(&[]),
-        ]);
-        assert_eq!(memory.write(6, &[1, 2, 3], 3), Ok(()));
-        memory.release().done();
-    }
-
-    #[test]
-    fn a_part_that_never_gets_ready_is_given_up_after_the_last_poll() {
-        let mut memory = memory(&[
-            write(&[0, 1]),
-            write(&[]).with_error(NACK),
-            write(&[]).with_error(NACK),
-        ]);
-        assert_eq!(memory.write(0, &[1], 2), Err(Error::Busy));
-        memory.release().done();
-    }
-
-    #[test]
-    fn a_failing_bus_is_no_busy_part() {
-        let error = ErrorKind::ArbitrationLoss;
-        let mut polled = memory(&[write(&[0, 1]), write(&[]).with_error(error)]);
-        assert_eq!(polled.write(0, &[1], 9), Err(Error::Bus(error)));
-        polled.release().done();
-        let mut refused = memory(&[write(&[0, 1]).with_error(NACK)]);
-        assert_eq!(refused.write(0, &[1], 9), Err(Error::Bus(NACK)));
-        refused.release().done();
-    }
-
-    #[test]
-    fn beyond_the_end_nothing_is_said() {
-        let mut memory = memory(&[]);
-        assert_eq!(memory.read(120, &mut [0; 9]), Err(Error::OutOfRange));
-        assert_eq!(memory.write(127, &[1, 2], 9), Err(Error::OutOfRange));
-        assert_eq!(memory.write(128, &[], 9), Ok(()));
-        memory.release().done();
     }
 
     #[test]

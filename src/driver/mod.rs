@@ -1,19 +1,19 @@
-//! The parts on the robot's I2C buses, for anyone who has one of them.
+//! The parts on the robot's I2C buses, without a bus.
 //!
-//! Each part is described once, as the [`Transaction`]s that it understands and as what
-//! their answers mean. Two things execute them: a blocking bus of embedded-hal 1.0,
-//! behind the drivers' methods, and the flash image's interrupts.
+//! The crates [`vcnl4020`] and [`pca9544a`] and the module [`at24c01`] describe a part
+//! each: the transactions that it accepts and the meaning of their answers. [`Branch`] and
+//! [`ProximityRing`] choose the next [`Transaction`] of a bus and take its result. The
+//! flash image's interrupts execute them, or a simulated bus.
 
 pub mod at24c01;
 pub mod branch;
 mod calibration;
 mod offsets;
-pub mod pca9544a;
 mod proximity_sensor;
 pub mod ring;
 mod sensor_state;
+mod settings;
 mod transaction;
-pub mod vcnl4020;
 mod watch;
 
 pub use branch::{Branch, BranchCounters};
@@ -25,8 +25,8 @@ pub use proximity_sensor::{
 };
 pub use ring::{AMIRO_PLACES, Bus, Place, ProximityRing};
 pub use sensor_state::{SensorCounters, SensorFault, SensorState};
+pub use settings::{MUX_ADDRESS, SENSOR_CONFIGURATION};
 pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction, clocks};
 pub use watch::{DAZZLING, STUCK_AFTER, Watch, is_dazzled};
 
-#[cfg(test)]
-mod fake;
+pub use {pca9544a, vcnl4020};

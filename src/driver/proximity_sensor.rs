@@ -1,7 +1,8 @@
 //! One proximity sensor as it is known from its readings: its state and its value.
 
+use vcnl4020::{Measurement, SATURATED};
+
 use super::sensor_state::{SensorCounters, SensorFault, SensorState};
-use super::vcnl4020::{Measurement, SATURATED};
 use super::watch::{Watch, is_dazzled};
 use crate::sampling::MAX_SAMPLE_AGE_US;
 use crate::sensor::Sample;

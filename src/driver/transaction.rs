@@ -1,8 +1,5 @@
 //! What goes over an I2C bus between a start and a stop, as a value.
 
-use embedded_hal::i2c::{Error, ErrorKind, I2c, NoAcknowledgeSource};
-use heapless::Vec;
-
 /// Most bytes that a transaction writes: a memory's word address and a page of eight.
 pub const LONGEST_WRITE: usize = 9;
 
@@ -16,7 +13,9 @@ pub const LONGEST_READ: usize = 16;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Transaction {
     address: u8,
-    write: Vec<u8, LONGEST_WRITE, u8>,
+    /// Zeros beyond those that are written.
+    bytes: [u8; LONGEST_WRITE],
+    write: u8,
     read: u8,
 }
 
@@ -24,18 +23,41 @@ impl Transaction {
     /// Writes `bytes`, of which those beyond [`LONGEST_WRITE`] are cut off, then reads
     /// `read` bytes, at most [`LONGEST_READ`]. The address has seven bits.
     #[must_use]
-    pub fn new(address: u8, bytes: &[u8], read: u8) -> Self {
-        let mut write = Vec::new();
-        for byte in bytes {
-            if write.push(*byte).is_err() {
-                break;
-            }
+    pub const fn new(address: u8, bytes: &[u8], read: u8) -> Self {
+        let mut kept = [0; LONGEST_WRITE];
+        let mut room: &mut [u8] = &mut kept;
+        let mut rest = bytes;
+        let mut write = 0;
+        while let ([place, more @ ..], [byte, later @ ..]) = (room, rest) {
+            *place = *byte;
+            write += 1;
+            room = more;
+            rest = later;
         }
         Self {
             address: address & 0x7f,
+            bytes: kept,
             write,
-            read: read.min(LONGEST_READ as u8),
+            read: if read as usize > LONGEST_READ {
+                LONGEST_READ as u8
+            } else {
+                read
+            },
         }
+    }
+
+    /// A sensor's transaction on the bus.
+    #[must_use]
+    pub const fn of_sensor(transaction: &vcnl4020::Transaction) -> Self {
+        let read = transaction.read_length() as u8;
+        Self::new(transaction.address(), transaction.write_bytes(), read)
+    }
+
+    /// A multiplexer's transaction on the bus.
+    #[must_use]
+    pub const fn of_mux(transaction: &pca9544a::Transaction) -> Self {
+        let read = transaction.read_length() as u8;
+        Self::new(transaction.address(), transaction.write_bytes(), read)
     }
 
     /// The part's address, seven bits.
@@ -47,7 +69,9 @@ impl Transaction {
     /// The bytes to write.
     #[must_use]
     pub fn to_write(&self) -> &[u8] {
-        &self.write
+        self.bytes
+            .get(..usize::from(self.write))
+            .unwrap_or_default()
     }
 
     /// How many bytes to read.
@@ -56,37 +80,10 @@ impl Transaction {
         self.read as usize
     }
 
-    /// Executes the transaction on a bus that waits for its end.
-    ///
-    /// Answers with the bytes that were read.
-    ///
-    /// # Errors
-    /// What the bus says went wrong.
-    pub fn run_on<I: I2c>(&self, bus: &mut I) -> Result<Vec<u8, LONGEST_READ, u8>, BusFault> {
-        self.exchange_on(bus)
-            .map_err(|error| BusFault::from(error.kind()))
-    }
-
-    /// As [`Transaction::run_on`], with the error in the bus's own words.
-    ///
-    /// # Errors
-    /// The bus's own.
-    pub fn exchange_on<I: I2c>(&self, bus: &mut I) -> Result<Vec<u8, LONGEST_READ, u8>, I::Error> {
-        let mut answer = Vec::new();
-        // `read` is at most the capacity.
-        let _ = answer.resize(self.to_read(), 0);
-        match (self.write.is_empty(), self.read) {
-            (_, 0) => bus.write(self.address, &self.write),
-            (true, _) => bus.read(self.address, &mut answer),
-            (false, _) => bus.write_read(self.address, &self.write, &mut answer),
-        }?;
-        Ok(answer)
-    }
-
     /// How long the transaction holds the bus, in periods of its clock.
     #[must_use]
     pub fn clocks(&self) -> u32 {
-        clocks(self.write.len() as u32, u32::from(self.read))
+        clocks(u32::from(self.write), u32::from(self.read))
     }
 }
 
@@ -121,31 +118,6 @@ pub enum BusFault {
     HeldLow,
 }
 
-impl From<ErrorKind> for BusFault {
-    fn from(kind: ErrorKind) -> Self {
-        match kind {
-            ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data) => Self::RefusedByte,
-            ErrorKind::NoAcknowledge(_) => Self::NoSuchPart,
-            ErrorKind::ArbitrationLoss => Self::ArbitrationLost,
-            ErrorKind::Overrun => Self::Overdue,
-            // `Bus`, and whatever else an implementation does not tell apart.
-            _ => Self::Misplaced,
-        }
-    }
-}
-
-impl Error for BusFault {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Self::NoSuchPart => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address),
-            Self::RefusedByte => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data),
-            Self::ArbitrationLost => ErrorKind::ArbitrationLoss,
-            Self::Misplaced | Self::HeldLow => ErrorKind::Bus,
-            Self::Overdue => ErrorKind::Other,
-        }
-    }
-}
-
 impl core::fmt::Display for BusFault {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
@@ -171,6 +143,30 @@ mod tests {
         assert_eq!(transaction.address(), 0x13);
         assert_eq!(transaction.to_write(), [7; LONGEST_WRITE]);
         assert_eq!(transaction.to_read(), LONGEST_READ);
+    }
+
+    #[test]
+    fn transactions_of_the_parts_keep_their_bytes() {
+        use vcnl4020::transactions::{read_measurement, write_thresholds};
+
+        let mux = crate::driver::MUX_ADDRESS;
+        let select = pca9544a::transactions::select(mux, pca9544a::Channel::Three);
+        assert_eq!(
+            Transaction::of_mux(&select),
+            Transaction::new(0x77, &[7], 0)
+        );
+        let read = pca9544a::transactions::read_control(mux);
+        assert_eq!(Transaction::of_mux(&read), Transaction::new(0x77, &[], 1));
+        let thresholds = write_thresholds(0x0102, 0x0304);
+        let bytes = [0x8a, 1, 2, 3, 4];
+        assert_eq!(
+            Transaction::of_sensor(&thresholds),
+            Transaction::new(0x13, &bytes, 0)
+        );
+        let measurement = Transaction::of_sensor(&read_measurement());
+        assert_eq!(measurement, Transaction::new(0x13, &[0x85], 4));
+        assert_eq!(measurement.clocks(), read_measurement().clocks());
+        assert_eq!(Transaction::of_mux(&select).clocks(), select.clocks());
     }
 
     #[test]

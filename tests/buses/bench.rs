@@ -1,10 +1,11 @@
 //! The ring on the robot's buses, round after round.
 
 use amiro_ipf::driver::branch::ROUND_PERIOD_US;
-use amiro_ipf::driver::{ProximityRing, SensorState};
+use amiro_ipf::driver::{Branch, ProximityRing, SensorState, Transaction};
 use amiro_ipf::random::{Generator, uniform_below};
+use amiro_ipf::senses::BUSES;
 use amiro_ipf::sensor::{SENSORS, Sample};
-use sim_harness::bus::{Fault, RobotBuses, SensorFault, place_of};
+use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
 
 /// Rounds after which sound sensors have earned trust: one configures, ten readings,
 /// and one in hand for clocks that have not ticked yet.
@@ -61,10 +62,25 @@ impl Bench {
 
     /// A round in which the sensors measure what they were told before.
     pub(crate) fn round_as_it_is(&mut self, moving: bool) {
+        self.round_with(moving, |_, _, _| {});
+    }
+
+    /// The same, with a call before each transaction: the number of its bus, and itself.
+    pub(crate) fn round_with(
+        &mut self,
+        moving: bool,
+        mut before: impl FnMut(&mut RobotBuses, usize, &Transaction),
+    ) {
         let now_us = self.next_round_us();
         self.buses.advance_to(now_us * 1_000);
-        let RobotBuses { one, two } = &mut self.buses;
-        self.ring.poll(one, two, now_us, moving);
+        for (number, bus) in BUSES.into_iter().enumerate() {
+            let branch = self.ring.branch_mut(bus);
+            branch.begin_round(now_us, moving);
+            while let Some(transaction) = branch.next(now_us) {
+                before(&mut self.buses, number, &transaction);
+                execute(branch, self.buses.bus_mut(number), &transaction, now_us);
+            }
+        }
         self.round += 1;
     }
 
@@ -92,14 +108,9 @@ impl Bench {
 
     /// Something happens to a sensor now.
     pub(crate) fn strike(&mut self, sensor: usize, fault: SensorFault) {
-        let place = place_of(sensor);
-        let fault = Fault::Sensor {
-            channel: place.channel as u8,
-            fault,
-        };
-        let bus = self.buses.bus_mut(place.bus);
+        let bus = self.buses.bus_of_mut(sensor);
         let now_ns = bus.now_ns();
-        bus.script.from_time(now_ns, fault);
+        bus.script.from_time(now_ns, on_sensor(sensor, fault));
     }
 
     /// No sensor has been credited with anything but its own measurements.
@@ -115,4 +126,15 @@ impl Bench {
             );
         }
     }
+}
+
+/// Executes a transaction of a branch on its bus, and gives it the result.
+pub(crate) fn execute(
+    branch: &mut Branch,
+    bus: &mut FakeBus<RobotParts>,
+    transaction: &Transaction,
+    now_us: u64,
+) {
+    let result = bus.run(transaction);
+    branch.answer(now_us, result.as_deref().map_err(|error| (*error).into()));
 }

@@ -25,7 +25,7 @@ enum Talk {
 
 /// The memory, with its address pins at one level or another.
 #[derive(Clone, Debug)]
-pub struct At24c01 {
+pub struct At24c01Model {
     address: u8,
     bytes: [u8; MEMORY_BYTES],
     /// The page being loaded: what is written at the stop.
@@ -35,7 +35,7 @@ pub struct At24c01 {
     busy_until_ns: u64,
 }
 
-impl At24c01 {
+impl At24c01Model {
     /// A new memory, all ones, at the given address of seven bits.
     #[must_use]
     pub fn new(address: u8) -> Self {
@@ -66,7 +66,7 @@ impl At24c01 {
     }
 }
 
-impl Device for At24c01 {
+impl Device for At24c01Model {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         // A repeated start ends a write without a stop: nothing is kept.
         self.loaded = [None; PAGE_BYTES];
@@ -120,7 +120,7 @@ impl Device for At24c01 {
 mod tests {
     use super::*;
 
-    fn write(memory: &mut At24c01, bytes: &[u8], now_ns: u64) -> bool {
+    fn write(memory: &mut At24c01Model, bytes: &[u8], now_ns: u64) -> bool {
         let taken = memory.start(0x50, false, now_ns)
             && bytes.iter().all(|byte| memory.write(*byte, now_ns));
         memory.stop(now_ns);
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn a_write_beyond_the_page_comes_round_to_its_beginning() {
-        let mut memory = At24c01::new(0x50);
+        let mut memory = At24c01Model::new(0x50);
         assert!(write(&mut memory, &[0x16, 1, 2, 3], 0));
         assert_eq!(
             memory.bytes()[0x10..0x19],
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn nothing_is_acknowledged_for_five_milliseconds_after_a_write() {
-        let mut memory = At24c01::new(0x50);
+        let mut memory = At24c01Model::new(0x50);
         assert!(write(&mut memory, &[0, 7], 1_000));
         assert!(!memory.start(0x50, false, 1_000 + WRITE_CYCLE_NS - 1));
         assert!(!memory.write(0, 1_000 + WRITE_CYCLE_NS - 1));
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_sequential_read_rolls_over_at_the_end() {
-        let mut memory = At24c01::new(0x50);
+        let mut memory = At24c01Model::new(0x50);
         *memory.bytes_mut() = core::array::from_fn(|index| index as u8);
         assert!(memory.start(0x50, false, 0) && memory.write(0xfe, 0));
         assert!(memory.start(0x50, true, 0));
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_write_without_a_stop_is_forgotten() {
-        let mut memory = At24c01::new(0x50);
+        let mut memory = At24c01Model::new(0x50);
         assert!(memory.start(0x50, false, 0) && memory.write(0, 0) && memory.write(9, 0));
         assert!(memory.start(0x50, true, 0));
         memory.stop(0);

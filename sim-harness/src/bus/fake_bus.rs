@@ -336,16 +336,16 @@ impl<P: Device> FakeBus<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::{At24c01, SensorFault, Vcnl4020};
+    use crate::bus::{At24c01Model, SensorFault, Vcnl4020Model};
 
     /// A memory of 0xa5, its word address at 0.
-    fn memory() -> FakeBus<At24c01> {
-        let mut bus = FakeBus::new(At24c01::new(0x50));
+    fn memory() -> FakeBus<At24c01Model> {
+        let mut bus = FakeBus::new(At24c01Model::new(0x50));
         bus.parts_mut().bytes_mut().fill(0xa5);
         bus
     }
 
-    fn address(bus: &mut FakeBus<At24c01>, byte: u8) -> Result<bool, LineFault> {
+    fn address(bus: &mut FakeBus<At24c01Model>, byte: u8) -> Result<bool, LineFault> {
         bus.start()?;
         bus.send(byte)
     }
@@ -488,7 +488,7 @@ mod tests {
     #[test]
     fn a_measurement_can_be_put_between_the_halves_of_a_result() {
         for (at, expected) in [(4, [2, 0]), (5, [1, 0]), (6, [1, 0xff])] {
-            let mut bus = FakeBus::new(Vcnl4020::default());
+            let mut bus = FakeBus::new(Vcnl4020Model::default());
             let fault = Fault::Sensor {
                 channel: 0,
                 fault: SensorFault::Measures,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use amiro_ipf::driver::{BusFault, Transaction};
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use super::{Device, FakeBus, LineFault};
@@ -49,6 +50,18 @@ impl fmt::Display for FakeBusError {
 
 impl std::error::Error for FakeBusError {}
 
+/// The fault that the flash image's master reports in the same case.
+impl From<FakeBusError> for BusFault {
+    fn from(error: FakeBusError) -> Self {
+        match error {
+            FakeBusError::NoAcknowledge(NoAcknowledgeSource::Data) => Self::RefusedByte,
+            FakeBusError::NoAcknowledge(_) => Self::NoSuchPart,
+            FakeBusError::Line(LineFault::ArbitrationLost) => Self::ArbitrationLost,
+            FakeBusError::Line(LineFault::SclLow | LineFault::SdaLow) => Self::HeldLow,
+        }
+    }
+}
+
 impl<P: Device> ErrorType for FakeBus<P> {
     type Error = FakeBusError;
 }
@@ -75,6 +88,21 @@ impl<P: Device> I2c for FakeBus<P> {
 }
 
 impl<P: Device> FakeBus<P> {
+    /// Executes a transaction of the robot's drivers and gives the bytes that were read.
+    ///
+    /// # Errors
+    /// As the bus's `I2c`.
+    pub fn run(&mut self, transaction: &Transaction) -> Result<Vec<u8>, FakeBusError> {
+        let (address, write) = (transaction.address(), transaction.to_write());
+        let mut read = vec![0; transaction.to_read()];
+        match (write.is_empty(), read.is_empty()) {
+            (_, true) => I2c::write(self, address, write),
+            (true, false) => I2c::read(self, address, &mut read),
+            (false, false) => self.write_read(address, write, &mut read),
+        }?;
+        Ok(read)
+    }
+
     fn execute(
         &mut self,
         address: u8,
@@ -158,17 +186,17 @@ impl<P: Device> FakeBus<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::{At24c01, Fault};
+    use crate::bus::{At24c01Model, Fault};
 
     const BYTES: [u8; 4] = [1, 2, 3, 4];
 
-    fn bus() -> FakeBus<At24c01> {
-        let mut bus = FakeBus::new(At24c01::new(0x50));
+    fn bus() -> FakeBus<At24c01Model> {
+        let mut bus = FakeBus::new(At24c01Model::new(0x50));
         bus.parts_mut().bytes_mut()[..4].copy_from_slice(&BYTES);
         bus
     }
 
-    fn said(bus: &FakeBus<At24c01>) -> String {
+    fn said(bus: &FakeBus<At24c01Model>) -> String {
         bus.transcript().to_string()
     }
 
@@ -211,7 +239,7 @@ mod tests {
 
     /// The error of a read of two bytes from 0 with a fault at a byte, the bus after it,
     /// and whether the next read succeeds.
-    fn with(at: u64, fault: Fault) -> (Option<ErrorKind>, FakeBus<At24c01>) {
+    fn with(at: u64, fault: Fault) -> (Option<ErrorKind>, FakeBus<At24c01Model>) {
         let mut bus = bus();
         bus.script.at_byte(at, fault);
         let mut read = [0; 2];

@@ -13,7 +13,7 @@ const WRITABLE: u8 = 0x07;
 /// at the stop after its control byte (data sheet, control register). The byte reads
 /// back with the channels' interrupt lines in bits 4 to 7.
 #[derive(Clone, Debug)]
-pub struct Pca9544a<D> {
+pub struct Pca9544aModel<D> {
     address: u8,
     behind: [D; 4],
     control: u8,
@@ -26,7 +26,7 @@ pub struct Pca9544a<D> {
     deaf_at_ns: Option<u64>,
 }
 
-impl<D: Device> Pca9544a<D> {
+impl<D: Device> Pca9544aModel<D> {
     /// After power-up, at the given address of seven bits: no channel.
     #[must_use]
     pub fn new(address: u8, behind: [D; 4]) -> Self {
@@ -81,7 +81,7 @@ fn channel_of(control: u8) -> Option<usize> {
     (control & ENABLE != 0).then_some(usize::from(control & 0x03))
 }
 
-impl<D: Device> Device for Pca9544a<D> {
+impl<D: Device> Device for Pca9544aModel<D> {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.deaf = false;
         let hears = self.deaf_at_ns != Some(now_ns);
@@ -186,20 +186,20 @@ mod tests {
         }
     }
 
-    fn mux() -> Pca9544a<Tag> {
+    fn mux() -> Pca9544aModel<Tag> {
         let tag = |number| Tag {
             number,
             ..Tag::default()
         };
-        Pca9544a::new(0x77, [0xa0, 0xa1, 0xa2, 0xa3].map(tag))
+        Pca9544aModel::new(0x77, [0xa0, 0xa1, 0xa2, 0xa3].map(tag))
     }
 
-    fn select(mux: &mut Pca9544a<Tag>, control: u8) {
+    fn select(mux: &mut Pca9544aModel<Tag>, control: u8) {
         assert!(mux.start(0x77, false, 0) && mux.write(control, 0));
         mux.stop(0);
     }
 
-    fn read(mux: &mut Pca9544a<Tag>, address: u8) -> Option<u8> {
+    fn read(mux: &mut Pca9544aModel<Tag>, address: u8) -> Option<u8> {
         let byte = mux.start(address, true, 0).then(|| mux.read(0));
         mux.stop(0);
         byte
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn faults_count_only_where_they_change_something() {
         let mut mux = mux();
-        let strike = |mux: &mut Pca9544a<Tag>, fault| mux.suffer(Fault::Mux(fault), 0);
+        let strike = |mux: &mut Pca9544aModel<Tag>, fault| mux.suffer(Fault::Mux(fault), 0);
         assert!(!strike(&mut mux, MuxFault::Reset), "nothing to forget");
         assert!(!strike(&mut mux, MuxFault::WriteLost), "not spoken to");
         select(&mut mux, 0x04);

@@ -1,43 +1,22 @@
 //! The AMiRo's two buses, populated.
 
+use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01};
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::SENSORS;
 
-use super::{At24c01, Device, FakeBus, Fault, Pca9544a, Vcnl4020};
+use super::{At24c01Model, Device, FakeBus, Fault, Pca9544aModel, SensorFault, Vcnl4020Model};
 
-const MUX: u8 = 0x77;
-const MEMORY: u8 = 0x50;
 /// Between two measurements at 125 a second.
 const PERIOD_NS: u32 = 8_000_000;
 
-/// Where a sensor is wired to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// 0 for the microcontroller's I2C1, 1 for its I2C2.
-    pub bus: usize,
-    /// Of the mux on that bus.
-    pub channel: usize,
-}
-
-/// The places of the ring's sensors, from AMiRo-OS's tables of the board.
-const PLACES: [Place; SENSORS] = [
-    Place { bus: 0, channel: 1 },
-    Place { bus: 0, channel: 3 },
-    Place { bus: 0, channel: 2 },
-    Place { bus: 1, channel: 0 },
-    Place { bus: 1, channel: 1 },
-    Place { bus: 1, channel: 3 },
-    Place { bus: 1, channel: 2 },
-    Place { bus: 0, channel: 0 },
-];
-
-/// Where a sensor of the ring, 0 to 7, is wired to.
+/// The fault of a sensor of the ring, 0 to 7, for the script of its bus.
 ///
 /// # Panics
 /// For a sensor beyond 7.
 #[must_use]
-pub const fn place_of(sensor: usize) -> Place {
-    PLACES[sensor]
+pub const fn on_sensor(sensor: usize, fault: SensorFault) -> Fault {
+    let channel = AMIRO_PLACES[sensor].channel.number();
+    Fault::Sensor { channel, fault }
 }
 
 /// What is on one of the buses. The gauges, power and touch sensors that the robot has
@@ -45,18 +24,18 @@ pub const fn place_of(sensor: usize) -> Place {
 #[derive(Clone, Debug)]
 pub struct RobotParts {
     /// With four sensors behind it.
-    pub mux: Pca9544a<Vcnl4020>,
+    pub mux: Pca9544aModel<Vcnl4020Model>,
     /// On the second bus only.
-    pub memory: Option<At24c01>,
+    pub memory: Option<At24c01Model>,
 }
 
 impl RobotParts {
     /// The parts of the given bus, 0 or 1.
     fn of(bus: usize) -> Self {
-        let sensors = core::array::from_fn(|_| Vcnl4020::default());
+        let sensors = core::array::from_fn(|_| Vcnl4020Model::default());
         Self {
-            mux: Pca9544a::new(MUX, sensors),
-            memory: (bus == 1).then(|| At24c01::new(MEMORY)),
+            mux: Pca9544aModel::new(MUX_ADDRESS.bits(), sensors),
+            memory: (bus == 1).then(|| At24c01Model::new(at24c01::ADDRESS_AMIRO)),
         }
     }
 }
@@ -134,12 +113,23 @@ impl RobotBuses {
     ///
     /// # Panics
     /// For a sensor beyond 7.
-    pub fn sensor_mut(&mut self, sensor: usize) -> &mut Vcnl4020 {
-        let place = place_of(sensor);
-        self.bus_mut(place.bus)
+    pub fn sensor_mut(&mut self, sensor: usize) -> &mut Vcnl4020Model {
+        let channel = AMIRO_PLACES[sensor].channel.number();
+        self.bus_of_mut(sensor)
             .parts_mut()
             .mux
-            .behind_mut(place.channel)
+            .behind_mut(usize::from(channel))
+    }
+
+    /// The bus that a sensor of the ring is on.
+    ///
+    /// # Panics
+    /// For a sensor beyond 7.
+    pub fn bus_of_mut(&mut self, sensor: usize) -> &mut FakeBus<RobotParts> {
+        match AMIRO_PLACES[sensor].bus {
+            Bus::I2c1 => &mut self.one,
+            Bus::I2c2 => &mut self.two,
+        }
     }
 
     /// The bus with that number: 1 is the second one, whatever else the first.
@@ -182,10 +172,9 @@ mod tests {
     use super::*;
     use embedded_hal::i2c::I2c;
 
-    /// Starts the sensor at a place and reads its result 20 ms later.
-    fn read(buses: &mut RobotBuses, place: Place) -> u16 {
-        let bus = buses.bus_mut(place.bus);
-        bus.write(0x77, &[0x04 | place.channel as u8]).unwrap();
+    /// Starts the sensor on a channel and reads its result 20 ms later.
+    fn read(bus: &mut FakeBus<RobotParts>, channel: u8) -> u16 {
+        bus.write(0x77, &[0x04 | channel]).unwrap();
         bus.write(0x13, &[0x82, 0x06]).unwrap();
         bus.write(0x13, &[0x80, 0x03]).unwrap();
         bus.advance(20_000_000);
@@ -206,8 +195,8 @@ mod tests {
         ];
         for (bus, sensors) in wired.into_iter().enumerate() {
             for (channel, sensor) in sensors.into_iter().enumerate() {
-                let place = Place { bus, channel };
-                assert_eq!(read(&mut buses, place), 1000 + sensor, "{place:?}");
+                let raw = read(buses.bus_mut(bus), channel as u8);
+                assert_eq!(raw, 1000 + sensor, "bus {bus}, channel {channel}");
             }
         }
     }
@@ -242,9 +231,10 @@ mod tests {
         let measured: Vec<u8> = (0..SENSORS)
             .map(|sensor| {
                 buses.sensor_mut(sensor).queue_signals(1..=200);
-                let place = place_of(sensor);
-                read(&mut buses, place);
-                buses.bus_mut(place.bus).advance(1_000_000_000);
+                let channel = AMIRO_PLACES[sensor].channel.number();
+                let bus = buses.bus_of_mut(sensor);
+                read(bus, channel);
+                bus.advance(1_000_000_000);
                 buses.sensor_mut(sensor).register(0x88)
             })
             .collect();

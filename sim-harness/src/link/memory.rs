@@ -140,8 +140,8 @@ impl Body {
     fn exchange(&mut self) {
         for (number, bus) in BUSES.into_iter().enumerate() {
             while let Some(transaction) = self.senses.next(bus, self.now_us) {
-                let result = transaction.run_on(self.buses.bus_mut(number));
-                let result = result.as_deref().map_err(|fault| *fault);
+                let result = self.buses.bus_mut(number).run(&transaction);
+                let result = result.as_deref().map_err(|error| (*error).into());
                 self.senses.answer(bus, self.now_us, result);
             }
         }

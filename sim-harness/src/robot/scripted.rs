@@ -6,7 +6,7 @@ use amiro_ipf::driver::Bus;
 use amiro_ipf::senses::ROUND_US;
 
 use super::{BusTrouble, MuxTrouble, RobotFaults, Trouble};
-use crate::bus::{Fault, MuxFault, Outages, Random, RobotBuses, Script, SensorFault, place_of};
+use crate::bus::{Fault, MuxFault, Outages, Random, RobotBuses, Script, SensorFault, on_sensor};
 
 /// A loose contact fails for a round or does not.
 const SLOT_NS: u64 = ROUND_US * 1_000;
@@ -46,7 +46,7 @@ fn script(buses: &mut RobotBuses, when_ns: Range<u64>, trouble: Trouble, seed: u
         Trouble::Loose { sensor, share } => {
             let outages = Outages::new(SLOT_NS, share, seed);
             let fault = on_sensor(sensor, SensorFault::Deaf);
-            let script = &mut buses.bus_mut(place_of(sensor).bus).script;
+            let script = &mut buses.bus_of_mut(sensor).script;
             script.now_and_then(start, end, outages, fault);
         }
         Trouble::Bus { bus, trouble } => {
@@ -112,14 +112,6 @@ fn script_mux(script: &mut Script, start: u64, end: u64, trouble: MuxTrouble, se
 
 /// Pulls a sensor's plug, or plugs it in, before the first byte from a time on.
 pub(super) fn plug(buses: &mut RobotBuses, sensor: usize, fault: SensorFault, from_ns: u64) {
-    let bus = buses.bus_mut(place_of(sensor).bus);
+    let bus = buses.bus_of_mut(sensor);
     bus.script.from_time(from_ns, on_sensor(sensor, fault));
-}
-
-fn on_sensor(sensor: usize, fault: SensorFault) -> Fault {
-    Fault::Sensor {
-        // A channel is 0 to 3.
-        channel: u8::try_from(place_of(sensor).channel).unwrap_or(u8::MAX),
-        fault,
-    }
 }

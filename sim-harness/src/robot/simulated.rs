@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{Bus, BusFault, SensorState, Transaction};
+use amiro_ipf::driver::{Bus, SensorState, Transaction};
 use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::health::{CanHealth, Health};
@@ -13,13 +13,11 @@ use amiro_ipf::seed::SeedSource;
 use amiro_ipf::senses::{BUSES, Heard, Senses};
 use amiro_ipf::sensor::SENSORS;
 
-use embedded_hal::i2c::Error;
-
 use super::bring_up::buses;
 use super::frames::FrameWay;
 use super::wheel_board::WheelBoard;
 use super::{Rhythm, RobotFaults, Scene, SensorClocks, Trouble};
-use crate::bus::{FakeBusError, LineFault, RobotBuses};
+use crate::bus::RobotBuses;
 use crate::world::{Options, Scenario};
 
 /// Between two patrols of the flash image: 2 kHz.
@@ -214,11 +212,10 @@ impl Robot {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
         while let Some(transaction) = next {
-            let result = transaction.exchange_on(line);
-            let result = result.as_ref().map(|answer| &**answer);
+            let result = line.run(&transaction);
+            let result = result.as_deref().map_err(|error| (*error).into());
             let now_us = line.now_ns() / 1_000;
-            self.senses
-                .answer(bus, now_us, result.map_err(|error| fault_of(*error)));
+            self.senses.answer(bus, now_us, result);
             if now_us >= until_us {
                 return;
             }
@@ -364,13 +361,6 @@ impl Iterator for Robot {
 
 /// What the robot's own master says of an error: a wait for a wire that is held is given up
 /// by it as such.
-fn fault_of(error: FakeBusError) -> BusFault {
-    match error {
-        FakeBusError::Line(LineFault::SclLow | LineFault::SdaLow) => BusFault::HeldLow,
-        error => BusFault::from(error.kind()),
-    }
-}
-
 const fn index_of(bus: Bus) -> usize {
     match bus {
         Bus::I2c1 => 0,

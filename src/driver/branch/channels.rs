@@ -1,6 +1,6 @@
 //! A set of the multiplexer's channels.
 
-use crate::driver::pca9544a::Channel;
+use pca9544a::Channel;
 
 /// A set of channels, a bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

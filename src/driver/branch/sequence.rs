@@ -1,13 +1,14 @@
 //! What is said on one bus, in turn.
 
-use embedded_hal::i2c::I2c;
+use pca9544a::transactions as mux;
+use pca9544a::{Channel, Selection};
+use vcnl4020::transactions as part;
+use vcnl4020::{Command, IDENTITY, Measurement};
 
 use super::channels::Channels;
 use super::counters::BranchCounters;
 use super::timing::SECOND_VISITS_UNTIL_US;
-use crate::driver::pca9544a::{self, ADDRESS_AMIRO, Channel, Selection};
-use crate::driver::vcnl4020::{Command, Configuration, IDENTITY, Measurement, transactions as say};
-use crate::driver::{BusFault, ProximitySensor, Transaction};
+use crate::driver::{BusFault, MUX_ADDRESS, ProximitySensor, SENSOR_CONFIGURATION, Transaction};
 
 /// What the next transaction is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,18 +169,27 @@ impl Branch {
         }
         Some(match self.step {
             Step::Idle => return None,
-            Step::Deselect => pca9544a::deselect(ADDRESS_AMIRO),
-            Step::Select => pca9544a::select(ADDRESS_AMIRO, self.channel),
+            Step::Deselect => const { Transaction::of_mux(&mux::deselect(MUX_ADDRESS)) },
+            Step::Select => Transaction::of_mux(&mux::select(MUX_ADDRESS, self.channel)),
             Step::ConfirmNone | Step::ConfirmSelected | Step::ConfirmStill => {
-                pca9544a::read_back(ADDRESS_AMIRO)
+                const { Transaction::of_mux(&mux::read_control(MUX_ADDRESS)) }
             }
-            Step::ReadCommand => say::read_command(),
-            Step::ReadResult => say::read_result(),
-            Step::ReadAgain | Step::ReadOnceMore => say::read_proximity(),
-            Step::Identify => say::identify(),
-            Step::Stop => say::command(Command::STOP),
-            Step::Configure => say::configure(&Configuration::AMIRO),
-            Step::Start => say::command(Command::SELF_TIMED),
+            Step::ReadCommand => const { Transaction::of_sensor(&part::read_command()) },
+            Step::ReadResult => const { Transaction::of_sensor(&part::read_measurement()) },
+            Step::ReadAgain | Step::ReadOnceMore => {
+                const { Transaction::of_sensor(&part::read_proximity()) }
+            }
+            Step::Identify => const { Transaction::of_sensor(&part::read_identity()) },
+            Step::Stop => const { Transaction::of_sensor(&part::write_command(Command::STOP)) },
+            Step::Configure => {
+                const { Transaction::of_sensor(&part::write_configuration(&SENSOR_CONFIGURATION)) }
+            }
+            Step::Start => {
+                const {
+                    let start = SENSOR_CONFIGURATION.command();
+                    Transaction::of_sensor(&part::write_command(start))
+                }
+            }
         })
     }
 
@@ -213,20 +223,6 @@ impl Branch {
             Step::Start => self.bring(Outcome::Configured),
             Step::ConfirmStill => self.confirm_still(now_us, answer),
         }
-    }
-
-    /// Runs a whole round on a bus that waits; answers whether it began.
-    ///
-    /// At most eight visits of ten transactions.
-    pub fn poll<I: I2c>(&mut self, bus: &mut I, now_us: u64, moving: bool) -> bool {
-        let began = self.begin_round(now_us, moving);
-        while let Some(transaction) = self.next(now_us) {
-            match transaction.run_on(bus) {
-                Ok(answer) => self.answer(now_us, Ok(&answer)),
-                Err(fault) => self.answer(now_us, Err(fault)),
-            }
-        }
-        began
     }
 
     fn visit_next(&mut self, now_us: u64) {
@@ -271,7 +267,7 @@ impl Branch {
     }
 
     fn confirm_none(&mut self, now_us: u64, answer: &[u8]) {
-        if pca9544a::selection(answer) != Selection::None {
+        if mux::selection(answer) != Selection::None {
             self.wrong_channel();
             return self.mux_failed(now_us);
         }
@@ -281,7 +277,7 @@ impl Branch {
 
     fn confirm_selected(&mut self, now_us: u64, answer: &[u8]) {
         let wanted = Selection::Channel(self.channel);
-        if pca9544a::selection(answer) != wanted {
+        if mux::selection(answer) != wanted {
             self.wrong_channel();
             return self.visit_failed(now_us);
         }
@@ -309,7 +305,7 @@ impl Branch {
     }
 
     fn result_read(&mut self, now_us: u64, answer: &[u8]) {
-        let Some(measurement) = say::measurement(answer) else {
+        let Some(measurement) = part::measurement(answer) else {
             return self.visit_failed(now_us);
         };
         self.outcome = Outcome::Reading {
@@ -322,7 +318,7 @@ impl Branch {
     /// Compares with the value before; another one is taken and `otherwise` follows.
     fn proximity_read(&mut self, now_us: u64, answer: &[u8], otherwise: Step) {
         let (Some(proximity), Outcome::Reading { measurement, torn }) =
-            (say::proximity(answer), &mut self.outcome)
+            (part::result(answer), &mut self.outcome)
         else {
             return self.visit_failed(now_us);
         };
@@ -350,7 +346,7 @@ impl Branch {
 
     fn confirm_still(&mut self, now_us: u64, answer: &[u8]) {
         let channel = self.channel;
-        if pca9544a::selection(answer) != Selection::Channel(channel) {
+        if mux::selection(answer) != Selection::Channel(channel) {
             self.wrong_channel();
             self.sensor_mut(channel).discarded();
             return self.visit_failed(now_us);

@@ -17,7 +17,7 @@ const READING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
 
 /// Clocks of a visit that finds its sensor reset and configures it.
-pub(super) const CONFIGURING_CLOCKS: u32 =
+const CONFIGURING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
 
 /// Clocks of the longest visit: selection unknown, and a torn value.
@@ -59,4 +59,36 @@ pub const fn longest_round_us(bus_hz: u32) -> u64 {
 const fn time_us(clocks: u32, bus_hz: u32) -> u64 {
     let hz = if bus_hz == 0 { 1 } else { bus_hz };
     (clocks as u64 * 1_000_000).div_ceil(hz as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_take_the_documented_numbers_of_clocks() {
+        assert_eq!(USUAL_ROUND_CLOCKS, 852);
+        // 20 + 20 to select, 39 + 39 to look, 29 + 47 + 29 to set, 20 to confirm.
+        assert_eq!(CONFIGURING_CLOCKS, 243);
+        assert_eq!(LONGEST_FIRST_VISITS_CLOCKS, 1_204);
+    }
+
+    #[test]
+    fn the_longest_round_is_bounded_at_every_speed_of_the_bus() {
+        for (bus_hz, longest_us) in [
+            // Twice 1204 clocks, all before second visits are over.
+            (1_000_000, 2_408),
+            (400_000, 6_020),
+            // Begun just before 6 ms, and 301 clocks more.
+            (300_000, 6_000 + 1_004),
+            // 1204 clocks take 6 ms to the microsecond: no second visit begins.
+            (200_667, 6_000),
+            (100_000, 12_040),
+            // No bus is that slow; nothing is divided by zero.
+            (0, 1_204_000_000),
+        ] {
+            assert_eq!(longest_round_us(bus_hz), longest_us, "{bus_hz} Hz");
+        }
+        assert!(longest_round_us(400_000) < ROUND_PERIOD_US);
+    }
 }

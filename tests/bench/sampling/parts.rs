@@ -1,7 +1,7 @@
 //! What is at the other end of the registers. None of it runs while calls are counted.
 
 use amiro_ipf::can::{Board, StandardId};
-use amiro_ipf::driver::{at24c01, pca9544a, vcnl4020};
+use amiro_ipf::driver::{MUX_ADDRESS, at24c01, vcnl4020};
 
 use crate::board::{CanCells, I2cCells, STOP};
 use amiro_ipf::board::can;
@@ -21,6 +21,9 @@ const NOTHING: u16 = u16::MAX;
 
 /// What the sensor says of itself: everything measured and ready.
 const ALL_READY: u8 = 0b1110_0111;
+
+/// Address of the multiplexer.
+const MUX: u8 = MUX_ADDRESS.bits();
 
 /// How far the unit is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -131,7 +134,7 @@ impl Parts {
     }
 
     fn take(&mut self, byte: u8) {
-        if self.address == pca9544a::ADDRESS_AMIRO {
+        if self.address == MUX {
             self.channel = byte;
         } else if core::mem::replace(&mut self.is_first_byte, false) {
             self.pointer = byte;
@@ -141,7 +144,7 @@ impl Parts {
     fn give(&mut self, distance: u8) -> u8 {
         let register = self.pointer;
         match self.address {
-            pca9544a::ADDRESS_AMIRO => self.channel,
+            MUX => self.channel,
             // Blank: the offsets are the defaults.
             at24c01::ADDRESS_AMIRO => 0xff,
             vcnl4020::ADDRESS => {

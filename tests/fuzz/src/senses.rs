@@ -200,8 +200,8 @@ impl Life {
         for bus in BUSES {
             let number = usize::from(bus == Bus::I2c2);
             while let Some(transaction) = self.senses.next(bus, self.now_us) {
-                let result = transaction.run_on(buses.bus_mut(number));
-                let result = result.as_deref().map_err(|fault| *fault);
+                let result = buses.bus_mut(number).run(&transaction);
+                let result = result.as_deref().map_err(|error| (*error).into());
                 self.senses.answer(bus, self.now_us, result);
             }
         }

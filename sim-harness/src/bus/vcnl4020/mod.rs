@@ -6,4 +6,4 @@ mod part;
 mod registers;
 mod thresholds;
 
-pub use part::Vcnl4020;
+pub use part::Vcnl4020Model;

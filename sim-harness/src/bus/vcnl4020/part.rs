@@ -29,7 +29,7 @@ enum Talk {
 /// cleared by reading either half. Beyond the last register zeros are read, and what is
 /// written is acknowledged and lost.
 #[derive(Clone, Debug)]
-pub struct Vcnl4020 {
+pub struct Vcnl4020Model {
     registers: Registers,
     /// The register that the next byte goes to or comes from.
     pointer: u8,
@@ -44,7 +44,7 @@ pub struct Vcnl4020 {
     light: Light,
 }
 
-impl Default for Vcnl4020 {
+impl Default for Vcnl4020Model {
     fn default() -> Self {
         Self {
             registers: Registers::at_power_up(),
@@ -63,7 +63,7 @@ impl Default for Vcnl4020 {
     }
 }
 
-impl Vcnl4020 {
+impl Vcnl4020Model {
     /// A sensor that keeps a result's lower half when its upper half is read.
     #[must_use]
     pub fn latching(self) -> Self {
@@ -150,7 +150,7 @@ impl Vcnl4020 {
     }
 }
 
-impl Device for Vcnl4020 {
+impl Device for Vcnl4020Model {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.pass(now_ns);
         self.latched = None;
@@ -234,13 +234,17 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    fn write(sensor: &mut Vcnl4020, bytes: &[u8], now_ns: u64) {
+    fn write(sensor: &mut Vcnl4020Model, bytes: &[u8], now_ns: u64) {
         assert!(sensor.start(ADDRESS, false, now_ns));
         assert!(bytes.iter().all(|byte| sensor.write(*byte, now_ns)));
         sensor.stop(now_ns);
     }
 
-    fn read<const BYTES: usize>(sensor: &mut Vcnl4020, register: u8, now_ns: u64) -> [u8; BYTES] {
+    fn read<const BYTES: usize>(
+        sensor: &mut Vcnl4020Model,
+        register: u8,
+        now_ns: u64,
+    ) -> [u8; BYTES] {
         assert!(sensor.start(ADDRESS, false, now_ns) && sensor.write(register, now_ns));
         assert!(sensor.start(ADDRESS, true, now_ns));
         let bytes = core::array::from_fn(|_| sensor.read(now_ns));
@@ -249,8 +253,8 @@ mod tests {
     }
 
     /// Measures proximity 125 times a second, first at 1 ms.
-    fn measuring() -> Vcnl4020 {
-        let mut sensor = Vcnl4020::default();
+    fn measuring() -> Vcnl4020Model {
+        let mut sensor = Vcnl4020Model::default();
         sensor.set_phase(MS);
         write(&mut sensor, &[0x82, 0x06], 0);
         write(&mut sensor, &[0x80, 0x03], 0);
@@ -259,7 +263,7 @@ mod tests {
 
     #[test]
     fn registers_after_power_up_are_those_of_the_sheet() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         assert_eq!(
             read::<18>(&mut sensor, 0x80, 0),
             [
@@ -270,7 +274,7 @@ mod tests {
 
     #[test]
     fn only_bits_that_can_be_written_are() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         let mut all_ones = vec![0x80];
         all_ones.resize(18, 0xff);
         // Register 0x80 first: self-timed, so that no rate takes its ones.
@@ -287,7 +291,7 @@ mod tests {
 
     #[test]
     fn the_register_number_survives_a_stop_and_counts_on() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         write(&mut sensor, &[0x81], 0);
         assert!(sensor.start(ADDRESS, true, 0));
         assert_eq!(sensor.read(0), 0x21);
@@ -298,7 +302,7 @@ mod tests {
 
     #[test]
     fn nothing_is_said_to_another_address() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         assert!(!sensor.start(0x14, false, 0));
         assert!(!sensor.write(0x83, 0));
         assert_eq!(sensor.read(0), 0xff);
@@ -310,7 +314,7 @@ mod tests {
     #[test]
     fn each_rate_measures_as_often_as_the_sheet_says() {
         for (rate, in_1024_ms) in [(0, 2), (1, 4), (2, 8), (3, 16), (4, 32), (5, 64), (7, 256)] {
-            let mut sensor = Vcnl4020::default();
+            let mut sensor = Vcnl4020Model::default();
             sensor.queue_signals(1..=300);
             sensor.set_phase(MS);
             write(&mut sensor, &[0x82, rate], 0);
@@ -322,7 +326,7 @@ mod tests {
 
     #[test]
     fn results_come_by_the_sensors_own_clock() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         sensor.set_phase(3 * MS);
         sensor.set_clock_error(100_000);
         sensor.queue_signals([7, 8, 9]);
@@ -373,7 +377,7 @@ mod tests {
     }
 
     /// Both halves, with a measurement between them; before it `0x01ff`, then `0x0200`.
-    fn read_across_an_update(mut sensor: Vcnl4020) -> u16 {
+    fn read_across_an_update(mut sensor: Vcnl4020Model) -> u16 {
         sensor.queue_signals([0x01ff, 0x0200]);
         assert_eq!(read(&mut sensor, 0x87, 8 * MS), [0x01, 0xff]);
         assert!(sensor.start(ADDRESS, false, 8 * MS) && sensor.write(0x87, 8 * MS));
@@ -428,14 +432,14 @@ mod tests {
             sensor.pass(now_ns);
             assert_eq!(sensor.register(0x88), expected, "{now_ns} ns");
         }
-        let mut idle = Vcnl4020::default();
+        let mut idle = Vcnl4020Model::default();
         idle.measure_next_at(MS);
         assert_eq!(read(&mut idle, 0x80, 2 * MS), [0x80]);
     }
 
     #[test]
     fn another_part_says_so_after_a_reset_as_well() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         sensor.set_identity(0x32);
         let fault = SensorFault::Reset;
         assert!(sensor.suffer(Fault::Sensor { channel: 0, fault }, 0));
@@ -444,7 +448,7 @@ mod tests {
 
     #[test]
     fn a_measurement_on_demand_happens_once_and_not_beside_periodic_ones() {
-        let mut sensor = Vcnl4020::default();
+        let mut sensor = Vcnl4020Model::default();
         sensor.queue_signals([41, 42]);
         sensor.set_ambient(9);
         write(&mut sensor, &[0x80, 0x18], 0);
@@ -482,7 +486,7 @@ mod tests {
 
     #[test]
     fn a_sensor_whose_supply_failed_is_as_after_power_up() {
-        let strike = |sensor: &mut Vcnl4020, fault| {
+        let strike = |sensor: &mut Vcnl4020Model, fault| {
             sensor.suffer(Fault::Sensor { channel: 2, fault }, 20 * MS)
         };
         let mut sensor = measuring();
