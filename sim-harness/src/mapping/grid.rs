@@ -17,16 +17,46 @@ pub struct Cell {
     pub column: i32,
 }
 
-/// Square cells over a rectangle of the world, row-major from the lowest y.
+/// Cells along a side of a tile.
+const TILE: usize = 64;
+
+/// Square cells over a rectangle of the world.
+///
+/// Stored in tiles of 64 x 64 cells, and only those in which a cell was reached: memory
+/// goes with the area that was mapped, not with the rectangle around it. A drive of 130 m
+/// along a diagonal reaches 1.6 % of its rectangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<T> {
     cell_m: f64,
     first: Cell,
     columns: usize,
     rows: usize,
-    cells: Vec<T>,
+    /// The tile of the first cell, and the tiles in a row of them; rows of tiles follow
+    /// each other from the lowest y.
+    first_tile: Cell,
+    tile_columns: usize,
+    tiles: Vec<Option<Box<[T]>>>,
     blank: T,
     refused: u64,
+}
+
+/// The tile that holds a cell.
+fn tile_of(cell: Cell) -> Cell {
+    Cell {
+        row: cell.row.div_euclid(TILE as i32),
+        column: cell.column.div_euclid(TILE as i32),
+    }
+}
+
+/// The place of a cell within its tile.
+fn within_tile(cell: Cell) -> usize {
+    let place = |index: i32| index.rem_euclid(TILE as i32) as usize;
+    place(cell.row) * TILE + place(cell.column)
+}
+
+/// Cells or tiles from one index to another that is not below it.
+fn span(low: i32, high: i32) -> usize {
+    (i64::from(high) - i64::from(low)) as usize
 }
 
 impl<T: Clone> Grid<T> {
@@ -45,7 +75,9 @@ impl<T: Clone> Grid<T> {
             first: Cell { row: 0, column: 0 },
             columns: 0,
             rows: 0,
-            cells: Vec::new(),
+            first_tile: Cell { row: 0, column: 0 },
+            tile_columns: 0,
+            tiles: Vec::new(),
             blank,
             refused: 0,
         }
@@ -105,26 +137,44 @@ impl<T: Clone> Grid<T> {
         self.lattice().centre(cell)
     }
 
-    fn offset(&self, cell: Cell) -> Option<usize> {
-        let row = usize::try_from(i64::from(cell.row) - i64::from(self.first.row)).ok()?;
-        let column = usize::try_from(i64::from(cell.column) - i64::from(self.first.column)).ok()?;
-        (row < self.rows && column < self.columns).then(|| row * self.columns + column)
+    /// Whether the rectangle holds a cell.
+    fn contains(&self, cell: Cell) -> bool {
+        let inside = |index: i32, first: i32, count: usize| {
+            usize::try_from(i64::from(index) - i64::from(first)).is_ok_and(|place| place < count)
+        };
+        inside(cell.row, self.first.row, self.rows)
+            && inside(cell.column, self.first.column, self.columns)
     }
 
-    /// What a cell holds; `None` outside the store.
+    /// The place of a cell's tile, of a cell that the rectangle holds.
+    fn tile_place(&self, cell: Cell) -> usize {
+        let tile = tile_of(cell);
+        span(self.first_tile.row, tile.row) * self.tile_columns
+            + span(self.first_tile.column, tile.column)
+    }
+
+    /// What a cell holds; `None` outside the rectangle.
     #[must_use]
     pub fn get(&self, cell: Cell) -> Option<&T> {
-        self.cells.get(self.offset(cell)?)
+        if !self.contains(cell) {
+            return None;
+        }
+        let tile = self.tiles.get(self.tile_place(cell))?;
+        let cells = tile.as_ref().and_then(|cells| cells.get(within_tile(cell)));
+        Some(cells.unwrap_or(&self.blank))
     }
 
     /// A cell to write to, growing the grid as needed; `None` when it may grow no further.
     pub fn reach(&mut self, cell: Cell) -> Option<&mut T> {
-        if self.offset(cell).is_none() && !self.grow(cell) {
+        if !self.contains(cell) && !self.grow(cell) {
             self.refuse();
             return None;
         }
-        let offset = self.offset(cell)?;
-        self.cells.get_mut(offset)
+        let place = self.tile_place(cell);
+        let Self { tiles, blank, .. } = self;
+        let blank = || vec![blank.clone(); TILE * TILE].into_boxed_slice();
+        let cells = tiles.get_mut(place)?.get_or_insert_with(blank);
+        cells.get_mut(within_tile(cell))
     }
 
     /// The cell that holds a point of the world, as [`reach`](Self::reach); a point
@@ -139,16 +189,17 @@ impl<T: Clone> Grid<T> {
 
     fn grow(&mut self, cell: Cell) -> bool {
         let (mut low, mut high) = (cell, cell);
-        if !self.cells.is_empty() {
+        let is_empty = self.tiles.is_empty();
+        if !is_empty {
             low.row = low.row.min(self.first.row);
             low.column = low.column.min(self.first.column);
             high.row = high.row.max(self.first.row + self.rows as i32 - 1);
             high.column = high.column.max(self.first.column + self.columns as i32 - 1);
         }
-        if low.row != self.first.row || self.cells.is_empty() {
+        if low.row != self.first.row || is_empty {
             low.row -= MARGIN;
         }
-        if low.column != self.first.column || self.cells.is_empty() {
+        if low.column != self.first.column || is_empty {
             low.column -= MARGIN;
         }
         let rows = (i64::from(high.row) - i64::from(low.row) + 1 + i64::from(MARGIN)) as usize;
@@ -158,30 +209,68 @@ impl<T: Clone> Grid<T> {
             Some(count) if count <= MAX_CELLS => {}
             _ => return false,
         }
-        let mut cells = vec![self.blank.clone(); rows * columns];
-        let row_shift = (i64::from(self.first.row) - i64::from(low.row)) as usize;
-        let column_shift = (i64::from(self.first.column) - i64::from(low.column)) as usize;
-        for (row, old) in self.cells.chunks(self.columns.max(1)).enumerate() {
-            let start = (row + row_shift) * columns + column_shift;
-            cells[start..start + old.len()].clone_from_slice(old);
-        }
-        self.cells = cells;
+        let last = Cell {
+            // Both sides of the rectangle are in range: below 2e9 + 64 cells away.
+            row: low.row + (rows - 1) as i32,
+            column: low.column + (columns - 1) as i32,
+        };
+        self.lay_tiles(tile_of(low), tile_of(last));
         self.first = low;
         self.rows = rows;
         self.columns = columns;
         true
     }
 
-    /// Every cell in store with its place, row by row from the lowest y.
+    /// Makes room for the tiles from one to another and keeps those that are there.
+    fn lay_tiles(&mut self, first: Cell, last: Cell) {
+        let columns = span(first.column, last.column) + 1;
+        let rows = span(first.row, last.row) + 1;
+        let mut tiles = Vec::new();
+        tiles.resize_with(rows * columns, || None);
+        let old_columns = self.tile_columns.max(1);
+        for (number, tile) in self.tiles.drain(..).enumerate() {
+            let row = span(first.row, self.first_tile.row) + number / old_columns;
+            let column = span(first.column, self.first_tile.column) + number % old_columns;
+            if let Some(place) = tiles.get_mut(row * columns + column) {
+                *place = tile;
+            }
+        }
+        self.tiles = tiles;
+        self.first_tile = first;
+        self.tile_columns = columns;
+    }
+
+    /// Every cell in store with its place, row by row from the lowest y: those of the tiles
+    /// in which a cell was reached.
     pub fn iter(&self) -> impl Iterator<Item = (Cell, &T)> {
-        let (first, columns) = (self.first, self.columns.max(1));
-        self.cells.iter().enumerate().map(move |(index, value)| {
-            let cell = Cell {
-                row: first.row + (index / columns) as i32,
-                column: first.column + (index % columns) as i32,
-            };
-            (cell, value)
+        let rows = self.tiles.chunks(self.tile_columns.max(1)).enumerate();
+        rows.flat_map(move |(tile_row, tiles)| {
+            (0..TILE * tiles.len()).filter_map(move |number| {
+                // Along the lowest row of cells through all tiles, then the next.
+                let (row, tile) = (number / tiles.len(), number % tiles.len());
+                let cells = tiles.get(tile)?.as_ref()?;
+                Some((
+                    tile_row,
+                    row,
+                    tile,
+                    cells.get(row * TILE..(row + 1) * TILE)?,
+                ))
+            })
         })
+        .flat_map(move |(tile_row, row, tile, cells)| {
+            let first = Cell {
+                row: self.first_tile.row * TILE as i32 + (tile_row * TILE + row) as i32,
+                column: self.first_tile.column * TILE as i32 + (tile * TILE) as i32,
+            };
+            cells.iter().zip(0_i32..).map(move |(value, along)| {
+                let cell = Cell {
+                    column: first.column + along,
+                    ..first
+                };
+                (cell, value)
+            })
+        })
+        .filter(|(cell, _)| self.contains(*cell))
     }
 
     /// The same grid with every cell converted.
@@ -191,7 +280,13 @@ impl<T: Clone> Grid<T> {
             first: self.first,
             columns: self.columns,
             rows: self.rows,
-            cells: self.cells.iter().map(convert).collect(),
+            first_tile: self.first_tile,
+            tile_columns: self.tile_columns,
+            tiles: self
+                .tiles
+                .iter()
+                .map(|tile| Some(tile.as_ref()?.iter().map(&convert).collect()))
+                .collect(),
             blank,
             refused: self.refused,
         }
@@ -228,6 +323,35 @@ mod tests {
         for (cell, value) in grid.iter() {
             assert_eq!(grid.get(cell), Some(value));
         }
+    }
+
+    #[test]
+    fn cells_come_row_by_row_and_only_from_tiles_that_were_reached() {
+        let mut grid = Grid::new(0.01, 0_u32);
+        let cells = [(-70, 200), (-70, 3), (5, -300), (5, 64), (300, 0)];
+        for (row, column) in cells {
+            *grid.reach(Cell { row, column }).unwrap() = 1;
+        }
+        let all: Vec<Cell> = grid.iter().map(|(cell, _)| cell).collect();
+        assert!(all.is_sorted());
+        let marked: Vec<Cell> = grid
+            .iter()
+            .filter(|(_, value)| **value == 1)
+            .map(|(cell, _)| cell)
+            .collect();
+        let mut expected = cells.map(|(row, column)| Cell { row, column });
+        expected.sort();
+        assert_eq!(marked, expected);
+        // Five tiles at most, of a rectangle of more than sixty.
+        assert!(all.len() <= 5 * TILE * TILE, "{}", all.len());
+        assert!(grid.rows() * grid.columns() > 60 * TILE * TILE);
+        // Inside the rectangle, outside of all tiles.
+        let between = Cell {
+            row: 150,
+            column: 150,
+        };
+        assert_eq!(grid.get(between), Some(&0));
+        assert_eq!(grid.map(7_u8, |value| *value as u8).get(between), Some(&7));
     }
 
     #[test]
