@@ -9,6 +9,10 @@
 //! and written ([`figures`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.
 //!
+//! Drives of other robots take another way: a rig file says which sensors sit where
+//! ([`rig`]), a recording is read into records ([`datasets`], [`drive`]), and the pipeline
+//! ([`pipeline`]) maps what the sensors see ([`sensors`], [`mapping`]).
+//!
 //! Below the readings lies the robot's wiring: [`bus`] has the parts of its two I2C
 //! buses as they behave on the wire, faults included, for the drivers to run against.
 //! A whole simulated robot ([`robot`]) drives through a world with them: its own senses
