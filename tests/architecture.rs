@@ -138,3 +138,26 @@ fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
         }
     }
 }
+
+#[test]
+fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
+    let above = [
+        "crate::mapping",
+        "crate::world",
+        "crate::log",
+        "crate::link",
+        "crate::pipeline",
+        "crate::evaluation",
+        "crate::figures",
+    ];
+    for place in ["sim-harness/src/rig", "sim-harness/src/drive"] {
+        assert_never_names(place, &above);
+    }
+    // A format gives records; the cells of a return are the grid's.
+    assert_never_names("sim-harness/src/datasets", &above);
+    assert_never_names("sim-harness/src/sensors", &above[1..]);
+    assert_never_names(
+        "sim-harness/src/pipeline.rs",
+        &["crate::world", "crate::link"],
+    );
+}

@@ -1011,3 +1011,62 @@ fn a_recording_with_a_lost_particle_frame_replays_as_equal_with_exit_code_4() {
     assert_eq!(code, Some(1), "{shown}");
     assert!(shown.contains("\nDIFFERENT at step 2: "), "{shown}");
 }
+
+#[test]
+fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
+    let folder = Folder::new("map");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let path = |name: &str| root.join(name).display().to_string();
+    let (drive, rig) = (
+        path("sim-harness/tests/data/robond"),
+        path("rigs/kcma.toml"),
+    );
+    let out = folder.file("out");
+    let output = ipf(&["map", &drive, "--rig", &rig, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(
+        shown.contains("1753 occupied and 11924 free cells of 100 mm"),
+        "{shown}"
+    );
+    for name in ["map.png", "map.pgm", "map.yaml", "summary.json"] {
+        assert!(Path::new(&out).join(name).is_file(), "{name}");
+    }
+    let other = folder.file("other");
+    let (amiro, nowhere) = (path("rigs/amiro.toml"), folder.file("nowhere"));
+    for (arguments, reason) in [
+        (
+            vec![&*drive, "--rig", &*amiro],
+            "rig amiro: the recording needs 8 cones",
+        ),
+        (vec![&*drive, "--rig", &*nowhere], "nowhere: No such file"),
+        (
+            vec![&*nowhere, "--rig", &*rig],
+            "nowhere: of no known format",
+        ),
+        (
+            vec![&*drive, "--rig", &*rig, "--method", "best"],
+            "--method best: ism, ism-decay",
+        ),
+        (
+            vec![&*drive, "--rig", &*rig, "--sensors", "radar"],
+            "--sensors radar: rig kcma",
+        ),
+        (
+            vec![&*drive, "--rig", &*rig, "--matched"],
+            "the recording has no matched poses",
+        ),
+        (vec![&*drive, "--rig", &*rig, "--cell-mm", "0"], "--cell-mm"),
+    ] {
+        let all: Vec<&str> = ["map"]
+            .into_iter()
+            .chain(arguments)
+            .chain(["--out", &*other])
+            .collect();
+        let output = ipf(&all);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{all:?}: {shown}");
+        assert!(shown.contains(reason), "{all:?}: {shown}");
+        assert!(!Path::new(&other).join("map.pgm").exists(), "{all:?}");
+    }
+}
