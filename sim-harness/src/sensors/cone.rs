@@ -1,6 +1,6 @@
 //! The cells in a cone.
 
-use super::{CellView, Echo};
+use super::{Echo, SeenCell};
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::{Cell, Lattice};
 use crate::rig::Cone;
@@ -14,7 +14,7 @@ pub(super) fn footprint(
     echo: Echo,
     lattice: Lattice,
     world_from_sensor: &Pose2,
-    visit: &mut dyn FnMut(CellView),
+    visit: &mut dyn FnMut(SeenCell),
 ) {
     let tangent = libm::tan(cone.half_angle_rad);
     let reach_m = echo.reach_m();
@@ -37,7 +37,7 @@ pub(super) fn footprint(
             }
             let range_m = seen.norm();
             if let Some(region) = echo.region(range_m) {
-                visit(CellView {
+                visit(SeenCell {
                     cell,
                     region,
                     range_m,

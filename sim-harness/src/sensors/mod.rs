@@ -10,7 +10,7 @@ use crate::rig::Sensor;
 
 /// A cell that a return speaks of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellView {
+pub struct SeenCell {
     /// The cell.
     pub cell: Cell,
     /// What the return says about it.
@@ -45,7 +45,7 @@ pub fn footprint(
     tolerance_m: f64,
     lattice: Lattice,
     world_from_sensor: &Pose2,
-    visit: &mut dyn FnMut(CellView),
+    visit: &mut dyn FnMut(SeenCell),
 ) {
     let (measured_m, is_echo) = match measured {
         Return::Echo { range_m, .. } => (range_m, true),

@@ -1,6 +1,6 @@
 //! The cells on a beam.
 
-use super::{CellView, Echo, Region};
+use super::{Echo, Region, SeenCell};
 use crate::geometry::{Pose2, Turn};
 use crate::mapping::Lattice;
 use crate::rig::Scanner;
@@ -19,7 +19,7 @@ pub(super) fn footprint(
     echo: Echo,
     lattice: Lattice,
     world_from_sensor: &Pose2,
-    visit: &mut dyn FnMut(CellView),
+    visit: &mut dyn FnMut(SeenCell),
 ) {
     let bearing_rad = scanner.first_rad + index as f64 * scanner.step_rad;
     let direction = Turn::by_radians_f64(bearing_rad)
@@ -49,7 +49,7 @@ pub(super) fn footprint(
             continue;
         }
         last = Some(cell);
-        visit(CellView {
+        visit(SeenCell {
             cell,
             region,
             range_m,
@@ -57,7 +57,7 @@ pub(super) fn footprint(
         });
     }
     if echo.is_echo {
-        visit(CellView {
+        visit(SeenCell {
             cell: end,
             region: Region::AtEcho,
             range_m: echo.measured_m,
