@@ -119,11 +119,9 @@ fn decode_all(bytes: &[u8]) -> Vec<Received> {
 
 /// The frame's bytes, under its own number and with a correct checksum.
 fn write(frame: &Frame) -> Vec<u8> {
-    let mut encoder = Encoder::new(frame.boot_id);
-    while encoder.sequence() != frame.sequence {
-        encoder.encode(Outgoing::Input(&Input::Hello));
-    }
-    encoder.encode(&frame.message).to_vec()
+    Encoder::numbered_from(frame.boot_id, frame.sequence)
+        .encode(&frame.message)
+        .to_vec()
 }
 
 /// A line that changes the events that a board says, and loses those that become `None`.

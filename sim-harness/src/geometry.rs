@@ -46,6 +46,19 @@ impl Vector {
         self.dot(self).sqrt()
     }
 
+    /// Distance of this place from the straight piece between two others.
+    #[must_use]
+    pub fn distance_from_segment(self, from: Self, to: Self) -> f64 {
+        let way = to - from;
+        let squared = way.dot(way);
+        let share = if squared > 0.0 {
+            ((self - from).dot(way) / squared).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (self - from - way.scaled(share)).norm()
+    }
+
     /// The vector turned counter-clockwise.
     #[must_use]
     pub fn turned(self, turn: Turn) -> Self {

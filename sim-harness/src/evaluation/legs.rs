@@ -31,21 +31,9 @@ pub(super) fn legs(path: &[Vector]) -> Vec<Range<usize>> {
 fn bend(path: &[Vector], leg: &Range<usize>) -> Option<usize> {
     let (from, to) = (*path.get(leg.start)?, *path.get(leg.end)?);
     let (place, stray_m) = (leg.start + 1..leg.end)
-        .filter_map(|place| Some((place, stray_m(*path.get(place)?, from, to))))
+        .filter_map(|place| Some((place, path.get(place)?.distance_from_segment(from, to))))
         .max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     (stray_m > STRAY_M).then_some(place)
-}
-
-/// Distance of a place from the straight piece between two others.
-fn stray_m(place: Vector, from: Vector, to: Vector) -> f64 {
-    let way = to - from;
-    let squared = way.dot(way);
-    let share = if squared > 0.0 {
-        ((place - from).dot(way) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (place - from - way.scaled(share)).norm()
 }
 
 #[cfg(test)]

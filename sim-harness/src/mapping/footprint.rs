@@ -137,24 +137,12 @@ impl Footprint {
             for column in low.column..=high.column {
                 let cell = Cell { row, column };
                 let (x, y) = self.places.centre(cell);
-                if distance_m(Vector::new(x, y), from, to) < radius_m {
+                if Vector::new(x, y).distance_from_segment(from, to) < radius_m {
                     self.cells.insert(cell);
                 }
             }
         }
     }
-}
-
-/// Distance of a place from the straight piece between two others, metres.
-fn distance_m(place: Vector, from: Vector, to: Vector) -> f64 {
-    let way = to - from;
-    let squared = way.dot(way);
-    let share = if squared > 0.0 {
-        ((place - from).dot(way) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (place - from - way.scaled(share)).norm()
 }
 
 #[cfg(test)]
