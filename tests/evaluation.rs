@@ -5,7 +5,7 @@ use amiro_ipf::event::Event;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::geometry::Pose;
 use sim_harness::evaluation::{
-    Bounds, Comparison, Measure, Method, Over, Scores, Trials, Truth, json, standard, thresholds,
+    Bounds, Comparison, Method, Over, Scores, Truth, json, standard, thresholds,
 };
 use sim_harness::mapping::{Cell, CountingMapper, Grid, Map, Mapper, Occupancy};
 use sim_harness::run;
@@ -176,18 +176,6 @@ fn readings_are_the_same_whatever_else_is_compared() {
         .filter(|trial| trial.method == Method::IsmTuned)
         .collect();
     assert_eq!(json(&alone).unwrap(), json(&its).unwrap());
-}
-
-#[test]
-fn carving_covers_more_than_few_particles_do() {
-    let methods = [Method::Plus, Method::PlusCarving];
-    let trials = comparison(&["msm_l"], &methods, 50, 1).run().unwrap();
-    let coverage = |method| {
-        let trials = Trials::of(&trials, "msm_l", method).unwrap();
-        trials.smallest(Measure::Coverage).unwrap().0
-    };
-    let (plain, carved) = (coverage(Method::Plus), coverage(Method::PlusCarving));
-    assert!(carved > plain + 0.02, "{plain}, {carved}");
 }
 
 #[test]

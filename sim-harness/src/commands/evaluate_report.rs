@@ -152,7 +152,7 @@ pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
          likewise",
     );
     for scenario in &comparison.scenarios {
-        for filter in [Method::Paper, Method::Plus, Method::PlusCarving] {
+        for filter in [Method::Paper, Method::Plus] {
             for model in [Method::IsmStandard, Method::IsmTuned] {
                 let of = |method| Trials::of(trials, &scenario.name, method);
                 if let Some((its, models)) = of(filter).zip(of(model)) {

@@ -18,8 +18,6 @@ pub enum Method {
     Paper,
     /// Our filter.
     Plus,
-    /// Our filter; the map carves the sensors' lobes as well.
-    PlusCarving,
     /// Inverse sensor model, usual parameters, nothing in range drawn free.
     IsmStandard,
     /// The same with tuned parameters.
@@ -38,10 +36,9 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Paper,
         Self::Plus,
-        Self::PlusCarving,
         Self::IsmStandard,
         Self::IsmTuned,
         Self::IsmStandardDropped,
@@ -57,7 +54,6 @@ impl Method {
         match self {
             Self::Paper => "paper",
             Self::Plus => "plus",
-            Self::PlusCarving => "plus-carving",
             Self::IsmStandard => "ism-standard",
             Self::IsmTuned => "ism-tuned",
             Self::IsmStandardDropped => "ism-standard-dropped",
@@ -73,7 +69,7 @@ impl Method {
     pub const fn profile(self) -> Option<Profile> {
         match self {
             Self::Paper => Some(Profile::Paper),
-            Self::Plus | Self::PlusCarving => Some(Profile::Plus),
+            Self::Plus => Some(Profile::Plus),
             _ => None,
         }
     }
@@ -88,7 +84,6 @@ impl Method {
         );
         let parameters = match self {
             Self::Paper | Self::Plus => return Box::new(CountingMapper::new(cell_m)),
-            Self::PlusCarving => return Box::new(CountingMapper::carving(cell_m, config)),
             Self::IsmStandard => standard,
             Self::IsmTuned => tuned,
             Self::IsmStandardDropped => standard.with(MaxRange::Dropped),

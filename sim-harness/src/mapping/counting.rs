@@ -1,30 +1,22 @@
 //! The counting model: survivors and rejects per cell (paper equations 3 and 4).
 
-use amiro_ipf::config::Config;
 use amiro_ipf::event::{Event, ParticleEvent, StepBegun};
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
 
-use super::carving::Carver;
 use super::{Grid, Map, Mapper};
-
-/// Carvings that weigh as much as one particle found free.
-const CARVINGS_A_COUNT: u32 = 10;
 
 /// How often a cell was found occupied and free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Counts {
     occupied: u16,
     free: u16,
-    /// Steps in which some sensor saw past the cell; a tenth of a free count each.
-    carved: u16,
 }
 
 impl Counts {
     /// f_occ = c_occ / (c_occ + c_free); an untouched cell is 0.5, unknown (eq. 4).
     fn p_occ(self) -> f32 {
-        let occupied = CARVINGS_A_COUNT * u32::from(self.occupied);
-        let free = CARVINGS_A_COUNT * u32::from(self.free) + u32::from(self.carved);
+        let (occupied, free) = (u32::from(self.occupied), u32::from(self.free));
         if occupied == free {
             // Exactly as much for as against: unknown, whatever rounding would say.
             return 0.5;
@@ -33,24 +25,15 @@ impl Counts {
     }
 
     fn count(&mut self, occupied: bool) {
-        self.make_room();
+        // At the cap both counts halve, which keeps their ratio.
+        if self.occupied == u16::MAX || self.free == u16::MAX {
+            self.occupied /= 2;
+            self.free /= 2;
+        }
         if occupied {
             self.occupied += 1;
         } else {
             self.free += 1;
-        }
-    }
-
-    fn carve(&mut self) {
-        self.make_room();
-        self.carved += 1;
-    }
-
-    /// At the cap all counts halve, which keeps their ratio.
-    fn make_room(&mut self) {
-        let counts = [&mut self.occupied, &mut self.free, &mut self.carved];
-        if counts.iter().any(|count| **count == u16::MAX) {
-            counts.into_iter().for_each(|count| *count /= 2);
         }
     }
 }
@@ -59,7 +42,6 @@ impl Counts {
 #[derive(Clone, Debug)]
 pub struct CountingMapper {
     counts: Grid<Counts>,
-    carver: Option<Carver>,
     /// The lowest bits of the step whose outcomes come.
     step: Option<u8>,
     position: Point,
@@ -72,41 +54,15 @@ impl CountingMapper {
     pub fn new(cell_m: f64) -> Self {
         Self {
             counts: Grid::new(cell_m, Counts::default()),
-            carver: None,
             step: None,
             position: Point::default(),
             rotation: Rotation::by(0.0),
         }
     }
 
-    /// A mapper that also carves the lobes of the sensors of a configuration: each step
-    /// gives a tenth of a free count to every cell that some sensor sees past.
-    ///
-    /// Not in the paper. Where few particles leave the free space speckled it fills the
-    /// gaps, at the cost of reading the sensors on the map's side as well.
-    #[must_use]
-    pub fn carving(cell_m: f64, config: &Config) -> Self {
-        Self {
-            carver: Some(Carver::new(cell_m, config)),
-            ..Self::new(cell_m)
-        }
-    }
-
     /// Where the robot is while the following outcomes are counted.
     pub fn begin_step(&mut self, step: &StepBegun) {
         self.move_to(&step.pose);
-        let Some(carver) = &self.carver else {
-            return;
-        };
-        let Some(cells) = carver.seen_past(step) else {
-            self.counts.refuse();
-            return;
-        };
-        for cell in cells {
-            if let Some(counts) = self.counts.reach(cell) {
-                counts.carve();
-            }
-        }
     }
 
     fn move_to(&mut self, pose: &Pose) {
@@ -163,22 +119,7 @@ mod tests {
     use crate::mapping::Occupancy;
 
     fn counts(occupied: u16, free: u16) -> Counts {
-        Counts {
-            occupied,
-            free,
-            carved: 0,
-        }
-    }
-
-    #[test]
-    fn ten_carvings_weigh_one_count() {
-        let mut cell = counts(1, 0);
-        (0..9).for_each(|_| cell.carve());
-        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Occupied);
-        cell.carve();
-        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Unknown);
-        cell.carve();
-        assert_eq!(Occupancy::of(cell.p_occ()), Occupancy::Free);
+        Counts { occupied, free }
     }
 
     #[test]

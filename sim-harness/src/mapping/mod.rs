@@ -4,7 +4,6 @@
 //! from a host are the same map.
 
 mod all_free;
-mod carving;
 mod counting;
 mod footprint;
 mod grid;
