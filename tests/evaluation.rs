@@ -4,12 +4,10 @@ use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::geometry::Pose;
-use sim_harness::evaluation::{
-    Bounds, Comparison, Method, Over, Scores, Truth, json, standard, thresholds,
-};
+use sim_harness::evaluation::{Bounds, Comparison, Method, Over, Scores, Truth, json, thresholds};
 use sim_harness::mapping::{Cell, CountingMapper, Grid, Map, Mapper, Occupancy};
 use sim_harness::run;
-use sim_harness::world::{Options, Scenario, simulate};
+use sim_harness::world::{Options, Scenario, simulate, standard};
 
 fn scenario(name: &str) -> Scenario {
     standard(name).unwrap().unwrap()

@@ -14,13 +14,13 @@ use amiro_ipf::sensor::{SENSORS, Sample};
 use amiro_ipf::wire::{Encoder, Outgoing, Truth};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
-use sim_harness::evaluation::standard;
 use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::link::Comparison;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
 use sim_harness::robot::{Mapped, RobotDrive, STARTS_DRIVING_US, drive, map};
 use sim_harness::robot::{Robot, Said};
 use sim_harness::run;
+use sim_harness::world::standard;
 use sim_harness::world::{Options, Scenario, simulate_with};
 
 const MSOD: &str = include_str!("../scenarios/msod.toml");

@@ -13,7 +13,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
 use amiro_ipf::wire::{Encoder, Outgoing, Terminal};
-use sim_harness::evaluation::{Scores, standard};
+use sim_harness::evaluation::Scores;
 use sim_harness::link::boot_on_host;
 use sim_harness::log;
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
@@ -22,6 +22,7 @@ use sim_harness::robot::{
     SensorClocks, SensorFaultTrials, Trouble, drive, map,
 };
 use sim_harness::run;
+use sim_harness::world::standard;
 use sim_harness::world::{Drive, Options, Scenario};
 
 const CAPACITY: usize = 8_000;

@@ -15,12 +15,11 @@ use clap::Args;
 use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
-    Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
-    thresholds,
+    Claim, Comparison, Method, Over, Trial, Verdict, json, paper_claims, thresholds,
 };
 use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
-use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
+use sim_harness::world::{Odometry, Options, Physics, STANDARD, Scenario, simulate_with, standard};
 use sim_harness::{RunError, check};
 
 use super::footprint::FootprintSwitch;

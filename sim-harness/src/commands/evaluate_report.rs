@@ -2,7 +2,7 @@
 
 use sim_harness::console;
 use sim_harness::evaluation::{
-    Comparison, Figure, Measure, Method, SCORES_IN_WORDS, Spread, Trial, Trials, Verdict,
+    Comparison, MeanStd, Method, Metric, Number, SCORES_IN_WORDS, Trial, Trials, Verdict,
 };
 
 /// Most overall error that the AMiRo's odometry may cost, as a share.
@@ -44,16 +44,16 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
     for scenario in &comparison.scenarios {
         for method in [Method::Paper, Method::Plus] {
             let oe =
-                trials.map(|trials| Trials::of(trials, &scenario.name, method)?.mean(Measure::Oe));
+                trials.map(|trials| Trials::of(trials, &scenario.name, method)?.mean(Metric::Oe));
             let [Some(exact), Some(amiro), undated] = oe else {
                 continue;
             };
             let plain = trials.map(|trials| {
-                let plain = Trials::of(trials, &scenario.name, method)?.mean(Measure::OePlain);
+                let plain = Trials::of(trials, &scenario.name, method)?.mean(Metric::OePlain);
                 plain.map(|share| 100.0 * share)
             });
             let [exact_plain, amiro_plain, undated_plain] =
-                plain.map(|value| Figure { value, decimals: 2 });
+                plain.map(|value| Number { value, decimals: 2 });
             let holds = amiro - exact <= ODOMETRY_LOSS_AT_MOST;
             all_hold &= holds;
             let percent = |share: f64| 100.0 * share;
@@ -115,33 +115,33 @@ pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
 
 fn line(method: Method, trials: &Trials) -> String {
     let mean = |measure| trials.mean(measure);
-    let percent = |value: Option<f64>| Figure {
+    let percent = |value: Option<f64>| Number {
         value: value.map(|share| 100.0 * share),
         decimals: 1,
     };
-    let figure = |value, decimals| Figure { value, decimals };
-    let oe = trials.spread(Measure::Oe);
-    let worst = trials.largest(Measure::Oe);
+    let figure = |value, decimals| Number { value, decimals };
+    let oe = trials.spread(Metric::Oe);
+    let worst = trials.largest(Metric::Oe);
     let worst = worst.map_or("n/a".to_owned(), |(oe, seed)| {
         format!("{} ({seed})", percent(Some(oe)))
     });
-    let smallest = trials.smallest(Measure::OpeningFrontier);
+    let smallest = trials.smallest(Metric::OpeningFrontier);
     let smallest = smallest.map_or(String::new(), |(cells, _)| format!(" ({cells:.0})"));
     format!(
         "{method:20} {:5} +- {:3} {:8} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
         percent(oe.mean),
-        percent(oe.deviation),
-        percent(mean(Measure::OePlain)),
-        figure(mean(Measure::Tpr), 2),
-        figure(mean(Measure::Fpr), 2),
-        figure(mean(Measure::J), 2),
-        figure(mean(Measure::SurfaceRecall), 2),
-        figure(mean(Measure::Coverage), 2),
-        figure(mean(Measure::Cells), 0),
-        figure(mean(Measure::Unknown), 0),
-        percent(mean(Measure::OePathMean)),
-        figure(mean(Measure::OpeningFalse), 1),
-        figure(mean(Measure::OpeningFrontier), 1),
+        percent(oe.std),
+        percent(mean(Metric::OePlain)),
+        figure(mean(Metric::Tpr), 2),
+        figure(mean(Metric::Fpr), 2),
+        figure(mean(Metric::J), 2),
+        figure(mean(Metric::SurfaceRecall), 2),
+        figure(mean(Metric::Coverage), 2),
+        figure(mean(Metric::Cells), 0),
+        figure(mean(Metric::Unknown), 0),
+        percent(mean(Metric::OePathMean)),
+        figure(mean(Metric::OpeningFalse), 1),
+        figure(mean(Metric::OpeningFrontier), 1),
     )
 }
 
@@ -156,8 +156,8 @@ pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
             for model in [Method::IsmStandard, Method::IsmTuned] {
                 let of = |method| Trials::of(trials, &scenario.name, method);
                 if let Some((its, models)) = of(filter).zip(of(model)) {
-                    let differences = its.less(&models, Measure::Oe);
-                    let plain = its.less(&models, Measure::OePlain);
+                    let differences = its.less(&models, Metric::Oe);
+                    let plain = its.less(&models, Metric::OePlain);
                     let name = &scenario.name;
                     console::print(format_args!(
                         "{name:6} {filter:12} - {model:12} {}; plain {}",
@@ -172,8 +172,8 @@ pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
 }
 
 fn paired_line(differences: &[Option<f64>]) -> String {
-    let spread = Spread::of(differences);
-    let points = |value: Option<f64>| Figure {
+    let spread = MeanStd::of(differences);
+    let points = |value: Option<f64>| Number {
         value: value.map(|share| 100.0 * share),
         decimals: 2,
     };
@@ -210,9 +210,9 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
         let distances = [Method::Paper, Method::Plus, Method::IsmStandard].map(|method| {
             let trials = Trials::of(trials, scenario, method)?;
             let millimetres = trials
-                .mean(Measure::DetectedAt)
+                .mean(Metric::DetectedAt)
                 .map(|metres| 1000.0 * metres);
-            let figure = Figure {
+            let figure = Number {
                 value: millimetres,
                 decimals: 0,
             };
@@ -227,7 +227,7 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
         }
     }
     for scenario in ["ssso", "msso", "msod"] {
-        let oe = |method| Trials::of(trials, scenario, method)?.mean(Measure::Oe);
+        let oe = |method| Trials::of(trials, scenario, method)?.mean(Metric::Oe);
         let both = oe(Method::Paper).zip(oe(Method::IsmTuned));
         if let Some((filter, tuned)) = both.filter(|(filter, tuned)| filter >= tuned) {
             console::print(format_args!(

@@ -1,7 +1,7 @@
 //! What `evaluate` says of a simulated robot: its stamps, its broken sensors.
 
 use sim_harness::console;
-use sim_harness::evaluation::{Figure, SCORES_IN_WORDS, Spread};
+use sim_harness::evaluation::{MeanStd, Number, SCORES_IN_WORDS};
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 
 use super::{Ending, Outcome};
@@ -42,11 +42,11 @@ pub(super) fn stamps(trials: &StampTrials) -> Outcome {
     );
     console::print_text(format_args!("\n{SCORES_IN_WORDS}\n"));
     for row in trials.run()? {
-        let figure = |value: Option<f64>, scale: f64, decimals| Figure {
+        let figure = |value: Option<f64>, scale: f64, decimals| Number {
             value: value.map(|value| scale * value),
             decimals,
         };
-        let percent = |spread: Spread| figure(spread.mean, 100.0, 2);
+        let percent = |spread: MeanStd| figure(spread.mean, 100.0, 2);
         let [exact, dated, stamped, aged] = row.plain.map(percent);
         let [true_mm, own_mm, age_mm] = row.off_m.map(|off_m| figure(off_m.mean, 1e3, 1));
         console::print(format_args!(

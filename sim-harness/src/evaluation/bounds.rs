@@ -5,7 +5,7 @@
 //! and more, and for the matched sensor only. Ratios hold where absolute figures depend
 //! on the simulator.
 
-use super::{Claim, Measure, Method, Over, Relation};
+use super::{Claim, Metric, Method, Over, Relation};
 
 /// Bounds of one scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +124,7 @@ pub fn thresholds() -> Vec<Claim> {
 
 impl Bounds {
     fn claims(&self) -> Vec<Claim> {
-        use Measure::{Cells, Oe, OePathMean, SurfaceRecall, Tpr};
+        use Metric::{Cells, Oe, OePathMean, SurfaceRecall, Tpr};
         use Relation::{AtLeast, AtMost};
         let (paper, plus) = (self.paper, self.plus);
         let standard = Over::MeanShareOf(Method::IsmStandard);
@@ -157,7 +157,7 @@ impl Bounds {
 }
 
 fn opening_claims(scenario: &'static str) -> Vec<Claim> {
-    use Measure::{OpeningFalse, OpeningFalseLeast, OpeningFrontier, OpeningFrontierMost};
+    use Metric::{OpeningFalse, OpeningFalseLeast, OpeningFrontier, OpeningFrontierMost};
     use Relation::{AtLeast, AtMost};
     let rows = [
         (

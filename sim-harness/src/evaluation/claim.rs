@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::comparison::Trial;
-use super::{Figure, Measure, Method, Trials};
+use super::{Method, Metric, Number, Trials};
 
 /// Something that is said of a method and can be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Claim {
     /// The method.
     pub method: Method,
     /// What is measured.
-    pub measure: Measure,
+    pub measure: Metric,
     /// How the seeds are taken together.
     pub over: Over,
     /// How the figure has to lie to the bound.
@@ -113,17 +113,17 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_share = matches!(self.claim.over, Over::MeanShareOf(_));
         let decimals = match self.claim.measure {
-            Measure::OpeningFalse
-            | Measure::OpeningFalseLeast
-            | Measure::OpeningFrontier
-            | Measure::OpeningFrontierMost
+            Metric::OpeningFalse
+            | Metric::OpeningFalseLeast
+            | Metric::OpeningFrontier
+            | Metric::OpeningFrontierMost
                 if !is_share =>
             {
                 1
             }
             _ => 3,
         };
-        let figure = |value| Figure { value, decimals };
+        let figure = |value| Number { value, decimals };
         let relation = match self.claim.relation {
             Relation::Below => "< ",
             Relation::AtMost => "<=",
@@ -149,7 +149,7 @@ mod tests {
         let claim = Claim {
             scenario: "msod",
             method: Method::Paper,
-            measure: Measure::Oe,
+            measure: Metric::Oe,
             over: Over::Mean,
             relation,
             bound: 0.035,

@@ -1,6 +1,6 @@
 //! What the paper says of its filter and of the inverse sensor model (section 5).
 
-use super::{Claim, Measure, Method, Over, Relation};
+use super::{Claim, Metric, Method, Over, Relation};
 
 /// Single objects in free space: there the filter has the lower error.
 const FREE_SPACE: [&str; 3] = ["ssso", "msso", "msod"];
@@ -29,8 +29,8 @@ pub fn paper_claims() -> Vec<Claim> {
                 relation,
                 bound,
             };
-            claims.push(share(Measure::Oe, Relation::Below, 1.0));
-            let finds = [Measure::SurfaceRecall, Measure::Cells];
+            claims.push(share(Metric::Oe, Relation::Below, 1.0));
+            let finds = [Metric::SurfaceRecall, Metric::Cells];
             claims.extend(finds.map(|measure| share(measure, Relation::AtLeast, STILL_FINDS)));
         }
         // Figure 9 c and d: nothing in range has to be cut and drawn free.
@@ -38,7 +38,7 @@ pub fn paper_claims() -> Vec<Claim> {
             claims.push(Claim {
                 scenario,
                 method: ism,
-                measure: Measure::Oe,
+                measure: Metric::Oe,
                 over: Over::MeanShareOf(other),
                 relation: Relation::Below,
                 bound: 1.0,
@@ -57,9 +57,9 @@ pub fn paper_claims() -> Vec<Claim> {
             };
             // The paper does not say how its ISM was tuned: against both.
             let both = [ism, Method::IsmTuned];
-            claims.extend(both.map(|ism| claim(Measure::Oe, Over::MeanLess(ism), SLIGHTLY)));
+            claims.extend(both.map(|ism| claim(Metric::Oe, Over::MeanLess(ism), SLIGHTLY)));
             let ahead = Over::MeanShareOf(ism);
-            claims.push(claim(Measure::OpeningFalse, ahead, STAYS_OPEN));
+            claims.push(claim(Metric::OpeningFalse, ahead, STAYS_OPEN));
         }
     }
     claims

@@ -1,7 +1,7 @@
 //! Trials, looked at by scenario and method.
 
 use super::comparison::Trial;
-use super::{Measure, Method, Spread};
+use super::{MeanStd, Method, Metric};
 
 /// The trials of one method in one scenario, by seed.
 #[derive(Clone, Debug)]
@@ -20,34 +20,34 @@ impl<'t> Trials<'t> {
 
     /// A figure over the seeds.
     #[must_use]
-    pub fn spread(&self, measure: Measure) -> Spread {
+    pub fn spread(&self, measure: Metric) -> MeanStd {
         let values = self.trials.iter().map(|trial| measure.of(&trial.scores));
-        Spread::of(&values.collect::<Vec<_>>())
+        MeanStd::of(&values.collect::<Vec<_>>())
     }
 
     /// A figure's mean over the seeds.
     #[must_use]
-    pub fn mean(&self, measure: Measure) -> Option<f64> {
+    pub fn mean(&self, measure: Metric) -> Option<f64> {
         self.spread(measure).mean
     }
 
     /// The largest value of a figure, and its seed.
     #[must_use]
-    pub fn largest(&self, measure: Measure) -> Option<(f64, u64)> {
+    pub fn largest(&self, measure: Metric) -> Option<(f64, u64)> {
         self.defined(measure)
             .max_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
     /// The smallest value of a figure, and its seed.
     #[must_use]
-    pub fn smallest(&self, measure: Measure) -> Option<(f64, u64)> {
+    pub fn smallest(&self, measure: Metric) -> Option<(f64, u64)> {
         self.defined(measure)
             .min_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
     /// A figure less another method's on the same drives, by seed.
     #[must_use]
-    pub fn less(&self, other: &Self, measure: Measure) -> Vec<Option<f64>> {
+    pub fn less(&self, other: &Self, measure: Metric) -> Vec<Option<f64>> {
         let pairs = self.trials.iter().filter_map(|trial| {
             let same = other.trials.iter().find(|other| other.seed == trial.seed)?;
             Some((measure.of(&trial.scores), measure.of(&same.scores)))
@@ -55,7 +55,7 @@ impl<'t> Trials<'t> {
         pairs.map(|(mine, its)| Some(mine? - its?)).collect()
     }
 
-    fn defined(&self, measure: Measure) -> impl Iterator<Item = (f64, u64)> {
+    fn defined(&self, measure: Metric) -> impl Iterator<Item = (f64, u64)> {
         let trials = self.trials.iter();
         trials.filter_map(move |trial| Some((measure.of(&trial.scores)?, trial.seed)))
     }

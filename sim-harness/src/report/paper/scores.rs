@@ -1,0 +1,58 @@
+//! Scores of a method's maps over seeds, and their means in percent.
+
+use super::FigureError;
+use super::scenario_maps::{Conditions, ScenarioMaps};
+use crate::evaluation::{MeanStd, Method, Scores, Truth};
+use crate::world::Scenario;
+
+/// A score with the name of its column.
+pub(super) type Score = (&'static str, fn(&Scores) -> Option<f64>);
+
+/// Overall error at the best wall expansion.
+pub(super) const OE: Score = ("OE, %", |scores| scores.oe);
+/// Overall error with the walls as they are.
+pub(super) const OE_PLAIN: Score = ("plain OE, %", |scores| scores.oe_unexpanded);
+/// True positive rate.
+pub(super) const TPR: Score = ("TPR, %", |scores| scores.tpr);
+/// Share of the visible surface that is found.
+pub(super) const RECALL: Score = ("surface recall, %", |scores| scores.surface_recall);
+/// Share of the visible free space that is classified.
+pub(super) const COVERAGE: Score = ("coverage, %", |scores| scores.coverage);
+
+/// The scores of a table, in the order of its columns.
+pub(super) const COLUMNS: [Score; 6] = [
+    OE,
+    OE_PLAIN,
+    TPR,
+    ("FPR, %", |scores| scores.fpr),
+    RECALL,
+    COVERAGE,
+];
+
+/// Drives through a scenario under each of the conditions; gives for each method the
+/// scores of its maps, one per drive.
+pub(super) fn judged(
+    scenario: &Scenario,
+    methods: &[Method],
+    conditions: impl Iterator<Item = Conditions>,
+) -> Result<Vec<Vec<Scores>>, FigureError> {
+    let mut truth = None;
+    let mut scores = vec![Vec::new(); methods.len()];
+    for conditions in conditions {
+        let drive = ScenarioMaps::new(scenario, methods, &conditions)?;
+        // The path is the same for every seed.
+        let truth = truth.get_or_insert_with(|| Truth::of(scenario, &drive.poses));
+        for (scores, map) in scores.iter_mut().zip(&drive.maps) {
+            scores.push(Scores::of(map, truth));
+        }
+    }
+    Ok(scores)
+}
+
+/// Mean and standard deviation of a score over the drives where it is defined, percent;
+/// 0 if there are too few of them.
+pub(super) fn percent(scores: &[Scores], (_, value): Score) -> (f64, f64) {
+    let defined: Vec<_> = scores.iter().map(value).filter(Option::is_some).collect();
+    let MeanStd { mean, std, .. } = MeanStd::of(&defined);
+    (100.0 * mean.unwrap_or(0.0), 100.0 * std.unwrap_or(0.0))
+}
