@@ -4,7 +4,7 @@ use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::geometry::Pose;
-use sim_harness::evaluation::{Bounds, Comparison, Method, Over, Scores, Truth, json, thresholds};
+use sim_harness::evaluation::{Claims, Comparison, Method, Metric, Over, Scores, Truth, json};
 use sim_harness::mapping::{Cell, CountingMapper, Grid, Map, Mapper, Occupancy};
 use sim_harness::run;
 use sim_harness::world::{Options, Scenario, simulate, standard};
@@ -14,8 +14,9 @@ fn scenario(name: &str) -> Scenario {
 }
 
 fn recall_bound(name: &str) -> f64 {
-    let bounds = Bounds::for_scenario(name).unwrap();
-    bounds.paper.surface_recall
+    let claims = Claims::built_in().unwrap();
+    let bound = claims.threshold(name, Method::Paper, Metric::SurfaceRecall);
+    bound.unwrap()
 }
 
 /// The final map of a drive with the given parameters, and the truth.
@@ -69,7 +70,8 @@ fn a_map_that_is_free_everywhere_fails_the_recall_bound_whatever_its_error() {
     let (map, truth) = mapped(&scenario, FilterParameters::PAPER, 100);
     let all_free = with_classes(&map, |cell, _| (cell, Occupancy::Free));
     let oe = Scores::of(&all_free, &truth).oe.unwrap();
-    let bound = Bounds::for_scenario("msod").unwrap().paper.oe;
+    let claims = Claims::built_in().unwrap();
+    let bound = claims.threshold("msod", Method::Paper, Metric::Oe).unwrap();
     assert!(oe < bound, "OE {oe}");
 }
 
@@ -177,14 +179,13 @@ fn readings_are_the_same_whatever_else_is_compared() {
 }
 
 #[test]
-fn every_threshold_is_judged_by_the_default_methods_and_no_other() {
-    // 9 of each scenario, 7 of the openings of each maze.
-    assert_eq!(thresholds().len(), 5 * 9 + 2 * 7);
+fn a_threshold_is_judged_by_the_methods_that_it_names_and_no_other() {
+    let claims = Claims::built_in().unwrap();
     let trials = comparison(&["msod"], &[Method::Plus], 5, 1).run().unwrap();
-    let judged = thresholds()
-        .into_iter()
-        .filter_map(|claim| claim.judge(&trials));
-    let judged: Vec<_> = judged.collect();
+    let thresholds = claims.thresholds.iter();
+    let judged: Vec<_> = thresholds
+        .filter_map(|claim| claim.judge(&trials))
+        .collect();
     // Without the inverse sensor model its shares are not judged: OE, TPR, recall.
     assert_eq!(judged.len(), 3, "{judged:?}");
     assert!(

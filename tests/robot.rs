@@ -243,7 +243,7 @@ fn with_and_without(name: &str, seed: u64, trouble: Trouble) -> (Scores, Scores)
 
 #[test]
 fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
-    // Reduced: `cargo ipf evaluate --sensor-faults` runs all scenarios and eight seeds,
+    // Reduced: the example `robot_studies` runs all scenarios and eight seeds,
     // with 1000 particles a sensor.
     let trials = SensorFaultTrials {
         scenarios: vec![scenario("msm_t")],

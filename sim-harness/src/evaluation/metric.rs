@@ -1,9 +1,12 @@
-//! The figures that drives are compared by.
+//! The metrics that drives are compared by.
+
+use serde::Deserialize;
 
 use super::DriveScores;
 
-/// One figure of a drive's scores.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// One number of a drive's scores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Metric {
     /// Overall error of the final map at its best expansion.
     Oe,
@@ -38,7 +41,7 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// What it is called.
+    /// The name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,7 +63,7 @@ impl Metric {
         }
     }
 
-    /// The figure; `None` where it is undefined.
+    /// The value; `None` where it is undefined.
     #[must_use]
     pub fn of(self, scores: &DriveScores) -> Option<f64> {
         let last = &scores.last;

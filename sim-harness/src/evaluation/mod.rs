@@ -3,8 +3,8 @@
 //! One map has [`Scores`], the maps of a drive have [`DriveScores`], a [`Comparison`]
 //! of methods over scenarios and seeds has [`Trial`]s; [`Claim`]s are held against these.
 
-mod bounds;
 mod claim;
+mod claims;
 mod comparison;
 mod drive_scores;
 mod legs;
@@ -16,7 +16,6 @@ mod metric;
 mod nearest_segment;
 mod number;
 mod openings;
-mod paper_claims;
 mod record;
 pub mod recorded;
 mod scores;
@@ -24,8 +23,8 @@ mod trials;
 mod truth;
 mod walls;
 
-pub use bounds::{Bounds, PaperBounds, PlusBounds, thresholds};
 pub use claim::{Claim, Over, Relation, Verdict};
+pub use claims::Claims;
 pub use comparison::{Comparison, ComparisonError, Trial};
 pub use drive_scores::DriveScores;
 pub use line::Line;
@@ -34,7 +33,6 @@ pub use method::{Method, UnknownMethod};
 pub use metric::Metric;
 pub use number::Number;
 pub use openings::OpeningScores;
-pub use paper_claims::paper_claims;
 pub use record::{Record, ScoreRecord, json};
 pub use scores::{SCORES_IN_WORDS, Scores};
 pub use trials::Trials;

@@ -1,13 +1,13 @@
-//! A figure of a table.
+//! A number of a table.
 
 use core::fmt;
 
-/// A figure of a table: fixed decimals, `n/a` where undefined, right of its column.
+/// A number of a table: fixed decimals, `n/a` where undefined, aligned to the right.
 #[derive(Clone, Copy, Debug)]
 pub struct Number {
     /// The value.
     pub value: Option<f64>,
-    /// Digits behind the point.
+    /// Digits behind the decimal point.
     pub decimals: usize,
 }
 
@@ -30,9 +30,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn undefined_figures_say_so_in_their_column() {
-        let figure = |value| Number { value, decimals: 1 };
-        assert_eq!(format!("{:6}", figure(Some(12.345))), "  12.3");
-        assert_eq!(format!("{:6}", figure(None)), "   n/a");
+    fn an_undefined_number_is_marked_in_its_column() {
+        let number = |value| Number { value, decimals: 1 };
+        assert_eq!(format!("{:6}", number(Some(12.345))), "  12.3");
+        assert_eq!(format!("{:6}", number(None)), "   n/a");
     }
 }

@@ -56,3 +56,22 @@ pub(super) fn percent(scores: &[Scores], (_, value): Score) -> (f64, f64) {
     let MeanStd { mean, std, .. } = MeanStd::of(&defined);
     (100.0 * mean.unwrap_or(0.0), 100.0 * std.unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mapping::Grid;
+
+    #[test]
+    fn undefined_scores_do_not_count() {
+        let map = Grid::new(0.01, 0.5);
+        let scenario = crate::world::standard("ssso").unwrap().unwrap();
+        let undefined = Scores::of(&map, &Truth::of(&scenario, &[]));
+        let with = |oe| Scores { oe, ..undefined };
+        let (mean, std) = percent(&[with(Some(1.0)), with(None), with(Some(3.0))], OE);
+        assert!((mean - 200.0).abs() < 1e-9, "{mean}");
+        assert!((std - 100.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{std}");
+        assert_eq!(percent(&[with(None)], OE), (0.0, 0.0));
+        assert!(percent(&[with(Some(0.05))], OE).1.abs() < 1e-12);
+    }
+}
