@@ -1,6 +1,6 @@
 //! The fit of the photometric law to a table, and what the table leaves open.
 
-use nalgebra_lm::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::start::start;
 use super::{Estimate, Fit, Fixed, Law, Measurement, Origin, Parameter, Table};
@@ -143,15 +143,11 @@ fn attempt<'t>(
     if free.is_empty() {
         return Ok(Attempt::Found(start, Vec::new()));
     }
-    let (law, reason) = start.minimised();
-    // At rounding's floor the search says that it can go no lower: that is an answer.
-    let is_floor = matches!(
-        reason,
-        levenberg_marquardt::TerminationReason::NoImprovementPossible(_)
-    );
-    if !reason.was_successful() && !is_floor {
-        return Err(FitError::NoConvergence(format!("{reason:?}")));
-    }
+    let Some(law) = start.minimised() else {
+        return Err(FitError::NoConvergence(
+            "the search does not end".to_owned(),
+        ));
+    };
     let Some(errors) = unit_errors(free, &law.weighted_slopes()) else {
         return Err(FitError::NoConvergence("singular at the end".to_owned()));
     };
@@ -180,7 +176,7 @@ fn attempt<'t>(
 
 /// The first parameter whose derivatives are a combination of those before it.
 fn first_dependent(free: &[Parameter], slopes: &DMatrix<f64>) -> Option<Parameter> {
-    let mut span: Vec<nalgebra_lm::DVector<f64>> = Vec::new();
+    let mut span: Vec<DVector<f64>> = Vec::new();
     for (parameter, column) in free.iter().zip(slopes.column_iter()) {
         let mut rest = column.clone_owned();
         let length = rest.norm();
@@ -218,10 +214,9 @@ fn unit_errors(free: &[Parameter], slopes: &DMatrix<f64>) -> Option<Vec<(Paramet
 }
 
 fn sigma_counts(law: &Law<'_>, rows: usize, free: usize, fixed: &Fixed) -> f64 {
-    fixed.value(Parameter::Sigma).unwrap_or_else(|| {
-        let squares: f64 = law.weighted_residuals().iter().map(|r| r * r).sum();
-        (squares / rows.saturating_sub(free).max(1) as f64).sqrt()
-    })
+    fixed
+        .value(Parameter::Sigma)
+        .unwrap_or_else(|| (law.squares() / rows.saturating_sub(free).max(1) as f64).sqrt())
 }
 
 fn value(law: &Law<'_>, parameter: Parameter) -> f64 {
@@ -263,11 +258,10 @@ fn answer(
             Origin::Fitted
         },
     };
-    let squares: f64 = law.weighted_residuals().iter().map(|r| r * r).sum();
     let weights: f64 = rows.iter().map(|row| row.weight).sum();
     Fit {
         estimates: of_mean.chain([noise]).collect(),
         rows: rows.iter().map(|row| (*row, law.counts(row))).collect(),
-        rms_counts: (squares / weights).sqrt(),
+        rms_counts: (law.squares() / weights).sqrt(),
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn start<'t>(rows: &'t [Measurement], fixed: &Fixed, free: &[Paramete
         let free_rest = is_free(Parameter::Beta).then_some(beta);
         let (alpha, beta) = linear(&shaped, rows, (alpha, beta), free_gain, free_rest);
         let law = Law::new(rows, free.to_vec(), [alpha, beta, xi, delta]);
-        let squares: f64 = law.weighted_residuals().iter().map(|r| r * r).sum();
+        let squares = law.squares();
         if squares < best.0 {
             best = (squares, law);
         }
