@@ -156,6 +156,9 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
     // A format gives records; the cells of a return are the grid's.
     assert_never_names("sim-harness/src/datasets", &above);
     assert_never_names("sim-harness/src/sensors", &above[1..]);
+    // A world has a ring of sensors, whichever filter maps it.
+    let filters = ["amiro_ipf::config", "amiro_ipf::filter"];
+    assert_never_names("sim-harness/src/world", &filters);
     assert_never_names(
         "sim-harness/src/pipeline.rs",
         &["crate::world", "crate::link"],

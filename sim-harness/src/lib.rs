@@ -28,6 +28,7 @@ pub mod drive;
 mod escape;
 pub mod evaluation;
 pub mod faults;
+mod filter_config;
 pub mod geometry;
 pub mod link;
 pub mod log;

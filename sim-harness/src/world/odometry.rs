@@ -1,4 +1,4 @@
-//! What the robot is told about its motion, and when.
+//! The odometry that reaches the robot, and when.
 
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use amiro_ipf::random::Generator;
 use super::amiro_odometry::AmiroFrame;
 use super::{Drive, OptionsError, WheelErrors, WheelWalk};
 
-/// What the odometry knows and how it reaches the filter.
+/// The errors of the odometry and how it reaches the filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Odometry {
     /// The true pose with every sample.
@@ -16,7 +16,7 @@ pub enum Odometry {
     Truth,
     /// A pose with every sample that errs as wheels do.
     WheelErrors(WheelErrors),
-    /// What the AMiRo's bus carries: the true pose as of the last 50 ms update, every
+    /// As on the AMiRo's bus: the true pose as of the last 50 ms update, every
     /// 63 ms, in steps of 256 um and 256 urad.
     ///
     /// Its stamp is the time of the update, not of the frame. A frame takes no time
@@ -90,7 +90,7 @@ pub(super) struct Odometer {
 enum Kind {
     Truth,
     Wheels(WheelWalk),
-    /// The last frame that was told of.
+    /// The last frame that was reported.
     Amiro(Option<AmiroFrame>),
     AmiroUndated,
 }
@@ -107,18 +107,17 @@ impl Odometer {
         Self { kind }
     }
 
-    /// What has come in when the sensors are sampled, if anything is new: a stamp and
-    /// a pose. Samples are closer together than frames, so it is one at most.
-    pub(super) fn told_at(&mut self, drive: &Drive, stamp_us: u64) -> Option<(u64, Pose)> {
+    /// The stamp and pose that have arrived when the sensors are sampled, if new. Samples are closer together than frames, so it is one at most.
+    pub(super) fn update_at(&mut self, drive: &Drive, stamp_us: u64) -> Option<(u64, Pose)> {
         match &mut self.kind {
             Kind::Truth => Some((stamp_us, drive.pose_at(stamp_us))),
             Kind::Wheels(walk) => Some((stamp_us, walk.moved_to(&drive.pose_at(stamp_us)))),
-            Kind::Amiro(told) => {
+            Kind::Amiro(last) => {
                 let newest = AmiroFrame::newest_at(stamp_us);
-                if *told == Some(newest) {
+                if *last == Some(newest) {
                     return None;
                 }
-                *told = Some(newest);
+                *last = Some(newest);
                 Some((newest.update_us(), newest.pose(drive)))
             }
             Kind::AmiroUndated => {

@@ -1,6 +1,5 @@
 //! What the proximity sensors of a robot read in a world: optics, noise, register.
 
-use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
@@ -51,12 +50,11 @@ impl Sensing {
     /// The sensors of a simulated drive.
     #[must_use]
     pub fn of(scenario: &Scenario, seed: u64, options: &Options) -> Self {
-        // The profile does not matter here: the sensors are the same.
-        let config = scenario.config(Profile::Paper);
+        let (ring, used) = scenario.ring();
         Self::new(
-            config.ring,
-            config.sensors,
-            options.photometry(&config.photometry),
+            ring,
+            used,
+            options.photometry(&Photometry::VCNL4020),
             options.physics,
             Generator::seeded(seed ^ NOISE_STREAM),
         )

@@ -45,7 +45,7 @@ pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simul
     let poses: Vec<_> = drive.samples().collect();
     let mut inputs = Vec::with_capacity(2 * poses.len());
     for &(stamp_us, pose) in &poses {
-        let told = odometer.told_at(&drive, stamp_us);
+        let told = odometer.update_at(&drive, stamp_us);
         inputs.extend(told.map(|(stamp_us, pose)| Input::Odometry { stamp_us, pose }));
         let drift_counts = options.drift.at(stamp_us, drive.end_us());
         let samples = sensing.sample(&scenario.shapes, &pose, drift_counts);
