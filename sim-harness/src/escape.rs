@@ -3,10 +3,9 @@
 /// Characters that are shown of a text.
 const MOST_CHARACTERS: usize = 48;
 
-/// The text with everything escaped that could move a cursor, cut after 48 characters.
+/// The text with control characters escaped, cut after 48 characters.
 ///
-/// Quotes stay as they are; a backslash is doubled, so that what is shown is
-/// unambiguous.
+/// Quotes stay as they are; a backslash is doubled, so that the result is unambiguous.
 pub(crate) fn escaped(text: &str) -> String {
     let mut shown = whole_escaped(text.chars().take(MOST_CHARACTERS));
     if text.chars().nth(MOST_CHARACTERS).is_some() {
@@ -15,7 +14,7 @@ pub(crate) fn escaped(text: &str) -> String {
     shown
 }
 
-/// The characters, escaped likewise, to their end: for paths.
+/// All characters, escaped likewise: for paths.
 pub(crate) fn whole_escaped(characters: impl Iterator<Item = char>) -> String {
     let mut shown = String::new();
     for character in characters {
@@ -27,7 +26,7 @@ pub(crate) fn whole_escaped(characters: impl Iterator<Item = char>) -> String {
     shown
 }
 
-/// Text of several lines, whose ends and backslashes stay as they are.
+/// Text of several lines; line ends and backslashes stay as they are.
 pub(crate) fn lines_escaped(text: &str) -> String {
     let mut shown = String::new();
     for character in text.chars() {

@@ -1,4 +1,4 @@
-//! Numbers in words that a person types: strict, and printed as they were read.
+//! Numbers of command-line words: strict, and printed as they were read.
 
 use std::time::Duration;
 
@@ -34,7 +34,7 @@ pub(crate) fn time(text: &str) -> Option<Duration> {
         None => (text.strip_suffix('s')?, 1.0),
     };
     let seconds = positive(number)? * unit_s;
-    // To the microsecond, so that what is printed is read back as it was.
+    // To the microsecond, so that a printed time is read back unchanged.
     (seconds <= 86_400.0).then(|| Duration::from_micros((seconds * 1e6).round() as u64))
 }
 

@@ -5,7 +5,7 @@ use amiro_ipf::input::Input;
 /// A fixed rate of 8 Hz.
 pub const TICK_PERIOD_US: u64 = 125_000;
 
-/// The inputs with a tick behind the first reading at or past every period.
+/// The inputs with a tick after the first reading at or past every period.
 ///
 /// For [`StepRule::PerTick`](amiro_ipf::config::StepRule::PerTick) without a clock of
 /// the board's own. The first reading gets a tick; a gap in the readings gets none.

@@ -1,14 +1,14 @@
-//! What a fit gives back: estimates, residuals, the law.
+//! The result of a fit: estimates, residuals, the law.
 
 use amiro_ipf::sensor::Photometry;
 use serde::Serialize;
 
 use super::{Measurement, Parameter};
 
-/// Deviation that rounding to whole counts makes by itself: 1 / sqrt(12).
+/// Standard deviation of rounding to whole counts: 1 / sqrt(12).
 const ROUNDING_COUNTS: f64 = 0.288_675;
 
-/// Where a parameter's value is from.
+/// The origin of a parameter's value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Origin {
@@ -16,7 +16,7 @@ pub enum Origin {
     Fitted,
     /// Given beforehand.
     Fixed,
-    /// Kept at its default, because the table does not determine it; says why.
+    /// Kept at its default for a reason: the table does not determine it.
     Held(String),
 }
 
@@ -29,7 +29,7 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error, if it was fitted.
     pub standard_error: Option<f64>,
-    /// Where it is from.
+    /// Its origin.
     pub origin: Origin,
 }
 

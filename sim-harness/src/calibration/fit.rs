@@ -1,29 +1,29 @@
-//! The fit of the photometric law to a table, and what the table leaves open.
+//! The fit of the photometric law to a table, with the parameters that it leaves open.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::start::start;
 use super::{Estimate, Fit, Fixed, Law, Measurement, Origin, Parameter, Table};
 
-/// A column of derivatives that is this near to the span of those before it, in its
-/// own length, says nothing of its own.
+/// Least distance of a column of derivatives from the span of those before it, as a share
+/// of its length; a nearer one is dependent.
 const DEPENDENT: f64 = 1e-6;
 /// A standard error above this share of a parameter's range leaves it undetermined.
 const MOST_ERROR_SHARE: f64 = 0.25;
-/// Why nothing was fitted.
+/// The reason for which nothing is fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Fewer rows than a fit with errors takes.
     #[error("{rows} measurements, {needed} are needed to fit {names}")]
     TooFewRows {
-        /// How many there are.
+        /// Number of rows.
         rows: usize,
-        /// How many it takes.
+        /// Number of rows that are needed.
         needed: usize,
-        /// What was to be fitted.
+        /// The parameters to fit.
         names: String,
     },
-    /// One range does not tell the gain from what remains without an object.
+    /// With one range, gain and remainder cannot be distinguished.
     #[error("all ranges are {range_m} m: alpha and beta cannot be told apart; fix one of them")]
     SameRange {
         /// The range.
@@ -42,7 +42,7 @@ pub enum FitError {
         parameter: Parameter,
         /// What it comes out as.
         value: f64,
-        /// How well the table knows.
+        /// Its standard error.
         standard_error: f64,
         /// Least legal value.
         low: f64,
@@ -56,9 +56,9 @@ pub enum FitError {
 
 /// Fits the photometric law to a table by weighted least squares.
 ///
-/// It needs no start: alpha and beta are linear, and xi and delta are searched over a
-/// grid before Levenberg-Marquardt finishes. What the table does not determine is held
-/// at [`Photometry::VCNL4020`](amiro_ipf::sensor::Photometry::VCNL4020)'s value and says so: delta first, then xi. Standard
+/// The start is found: alpha and beta are linear, and xi and delta are searched over a
+/// grid before Levenberg-Marquardt. A parameter that the table does not determine is held
+/// at [`Photometry::VCNL4020`](amiro_ipf::sensor::Photometry::VCNL4020)'s value, with the reason: delta first, then xi. Standard
 /// errors are the roots of the diagonal of sigma_s^2 (J^T J)^-1 with the residuals' own
 /// sigma_s, unless that is fixed.
 ///
@@ -84,7 +84,7 @@ pub fn fit(table: &Table, fixed: &Fixed) -> Result<Fit, FitError> {
     }
 }
 
-/// What became of a try to fit certain parameters.
+/// The result of a fit of certain parameters.
 enum Attempt<'t> {
     /// The law, and the standard errors for sigma_s = 1 by free parameter.
     Found(Law<'t>, Vec<(Parameter, f64)>),
@@ -152,7 +152,7 @@ fn attempt<'t>(
         return Err(FitError::NoConvergence("singular at the end".to_owned()));
     };
     let sigma = sigma_counts(&law, rows.len(), free.len(), fixed);
-    // The last first: what it leaves open may be all that is wrong with the others.
+    // The last first: once it is held, the others may be determined.
     for &(parameter, error) in errors.iter().rev() {
         let (low, high) = parameter.range();
         let (value, standard_error) = (value(&law, parameter), sigma * error);

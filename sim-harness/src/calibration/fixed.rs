@@ -4,13 +4,13 @@ use std::str::FromStr;
 
 use super::Parameter;
 
-/// What is known of the law and not to be fitted.
+/// The parameters of the law that are known and not fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fixed {
     values: [Option<f64>; Parameter::ALL.len()],
 }
 
-/// Why a parameter cannot be fixed so.
+/// The reason for which a parameter is not fixed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FixedError {
     /// Not of the form NAME=VALUE.
@@ -24,7 +24,7 @@ pub enum FixedError {
     Value {
         /// Which.
         parameter: Parameter,
-        /// What was given.
+        /// The given value.
         value: String,
         /// Least legal value.
         low: f64,

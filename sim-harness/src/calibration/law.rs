@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Measurement, Parameter};
 
-/// Least denominator of the law, shares of x^2. A trial beyond the law's end then has
-/// a huge residual and is not taken, instead of none at all.
+/// Least denominator of the law, share of x^2. A trial beyond the law's end then has a
+/// large finite residual and is refused.
 const LEAST_DENOMINATOR: f64 = 1e-6;
 
 /// Damping of the first step, share of the diagonal.
@@ -214,8 +214,8 @@ mod tests {
         }
     }
 
-    /// From a poor xi it may end in a lobe that closes before all rows but those on the
-    /// axis: hence the grid before the search.
+    /// From a poor xi the search may end in a lobe that excludes all rows off the axis;
+    /// therefore a grid comes before the search.
     #[test]
     fn a_start_with_the_wrong_gain_and_offset_converges() {
         let mut rows = rows();

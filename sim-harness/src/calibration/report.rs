@@ -1,4 +1,4 @@
-//! A fit in words, as a value to paste, as JSON and as a table.
+//! A fit as text, as a Rust value, as JSON and as a table.
 
 use std::fmt::{self, Write};
 

@@ -1,4 +1,4 @@
-//! Where the search for the least squares begins: no user has to know.
+//! The start of the search for the least squares.
 
 use amiro_ipf::sensor::Photometry;
 
@@ -43,7 +43,7 @@ pub(super) fn start<'t>(rows: &'t [Measurement], fixed: &Fixed, free: &[Paramete
     best.1
 }
 
-/// Alpha and beta of least squares for a given shape, those that are free of them.
+/// Alpha and beta of least squares for a given shape, where they are free.
 fn linear(
     shaped: &Law<'_>,
     rows: &[Measurement],

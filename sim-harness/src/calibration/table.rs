@@ -2,7 +2,7 @@
 //!
 //! The first line that is neither empty nor a `#` comment names the columns, in any
 //! order: `range_m`, `range_cm` or `range_mm`, `angle_deg` or `angle_rad`, `counts`,
-//! and if wanted `weight` (1 without). Other columns are passed over. Every row has as
+//! and optionally `weight` (default 1). Other columns are ignored. Every row has as
 //! many values as the header has names. Names and values may stand in quotes.
 //!
 //! Commas separate values, or semicolons where the header has one. Numbers have decimal
@@ -31,9 +31,9 @@ pub struct Measurement {
     pub range_m: f64,
     /// Bearing of the surface off the sensor's axis, radians (theta).
     pub angle_rad: f64,
-    /// Counts, raw or above an offset: beta takes up the difference (s).
+    /// Counts, raw or above an offset: the difference is part of beta (s).
     pub counts: f64,
-    /// How many measurements of the common noise this one is worth.
+    /// Weight: the number of measurements of the common noise that this one is worth.
     pub weight: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Table {
     rows: Vec<Measurement>,
 }
 
-/// Why a table was refused, and where.
+/// The reason for which a table is refused, and the line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{}{}",
@@ -57,7 +57,7 @@ pub struct TableError {
     pub problem: TableProblem,
 }
 
-/// What is wrong with a table.
+/// A fault of a table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TableProblem {
     /// The file could not be read.
@@ -76,7 +76,7 @@ pub enum TableProblem {
         found: usize,
         /// Names of the header.
         wanted: usize,
-        /// What may be the reason; empty if nothing is known.
+        /// A possible reason; may be empty.
         hint: &'static str,
     },
     /// A number with a decimal point in a table that has decimal commas.
@@ -85,14 +85,14 @@ pub enum TableProblem {
     /// A row lacks a column's value.
     #[error("no {0}")]
     NoValue(&'static str),
-    /// A value is no number, or outside what a sensor can have measured.
+    /// A value is no number, or outside the range of a sensor.
     #[error("{column} is '{value}', not {wanted}")]
     Value {
         /// The column.
         column: &'static str,
-        /// What stands there.
+        /// The text.
         value: String,
-        /// What may stand there.
+        /// The legal values.
         wanted: &'static str,
     },
     /// No row at all.
@@ -124,10 +124,10 @@ struct Column {
     unit: f64,
 }
 
-/// Where a row's values stand.
+/// The columns of a row's values.
 #[derive(Clone, Copy, Debug)]
 struct Columns {
-    /// How many names the header has.
+    /// Number of names in the header.
     count: usize,
     range: Column,
     angle: Column,

@@ -1,4 +1,4 @@
-//! `cargo ipf evaluate`: every method on the same drives, and what holds of the claims.
+//! `cargo ipf evaluate`: every method on the same drives, and the claims about them.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -21,9 +21,9 @@ use sim_harness::{RunError, check};
 use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome, arguments, evaluate_report};
 
-/// Fewest seeds that the thresholds are made for.
+/// Least number of seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
-/// Most threads: a process may have some thousands, and more than processors are no gain.
+/// Greatest number of threads; more threads than processors are no gain.
 const MAX_THREADS: i64 = 256;
 
 /// Arguments of `evaluate`.
@@ -52,22 +52,22 @@ pub(super) struct Evaluate {
     /// Particles for each sensor in use.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     particles: u16,
-    /// How returns make a signal: matched (the strongest one, by the filter's own law)
-    /// or patch (all that is seen, by Lambert's law).
+    /// Rule of the signal: matched (the strongest return, by the filter's own law) or
+    /// patch (the sum of all, by Lambert's law).
     #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
-    /// What the robot is told of its motion: truth, wheel-errors, or amiro (as on its
-    /// bus, held against exact poses and against no prediction).
+    /// Odometry: truth, wheel-errors, or amiro (as on its bus, compared with exact poses
+    /// and with no prediction).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
     odometry: Odometry,
-    /// Gain that filters and ISM believe in, counts m^2.
+    /// Gain of the law in filters and ISM, counts m^2.
     #[arg(long, value_name = "A", conflicts_with = "calibrate")]
     alpha: Option<f32>,
-    /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
+    /// Use the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,
-    /// Whether cells of every map whose centre has been under the robot's hull are free;
-    /// not so in the paper.
+    /// Whether cells whose centre has been under the robot's hull are free in every map;
+    /// off in the paper.
     #[arg(
         long,
         value_enum,
@@ -83,7 +83,7 @@ pub(super) struct Evaluate {
         value_parser = clap::value_parser!(u16).range(0..=MAX_THREADS)
     )]
     threads: u16,
-    /// Where the figures of every drive go.
+    /// File for the scores of every drive.
     #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     json: Option<PathBuf>,
     /// End with exit code 1 if a claim or a threshold does not hold.
@@ -206,7 +206,7 @@ impl Evaluate {
         })
     }
 
-    /// Checks, before the first drive, what every filter will be configured with.
+    /// Checks the configuration of every filter before the first drive.
     fn check_configs(&self, scenarios: &[Scenario], alpha: Option<f32>) -> Result<(), String> {
         for scenario in scenarios {
             let mut config = Config {
@@ -248,8 +248,8 @@ impl Evaluate {
     }
 }
 
-/// What a calibration on a block's long side would give: its signal without noise at
-/// 100 mm straight ahead of one sensor, as the gain that puts a point there.
+/// The gain of a calibration on a block's long side: the gain with which a point at
+/// 100 mm straight ahead of one sensor has the block's signal.
 fn gain_of_a_block(options: &Options) -> Result<f32, Box<dyn Error>> {
     const RANGE_M: f32 = 0.1;
     let scenario = Scenario::parse(include_str!("calibration.toml"))?;
@@ -276,7 +276,7 @@ fn scenario(wanted: &str) -> Result<Scenario, Box<dyn Error>> {
         return Ok(known?);
     }
     let scenario = Scenario::load(Path::new(wanted))?;
-    // The claims go by names: another world must not be judged by the paper's.
+    // Claims are found by name: another world must not be judged by those of the paper.
     if let Some(known) = standard(&scenario.name)
         && known? != scenario
     {

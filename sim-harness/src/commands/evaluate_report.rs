@@ -1,11 +1,11 @@
-//! What `evaluate` prints: tables, comparisons, verdicts, and what was not reproduced.
+//! The report of `evaluate`: tables, comparisons, verdicts, and results not reproduced.
 
 use sim_harness::console;
 use sim_harness::evaluation::{
     Comparison, MeanStd, Method, Metric, Number, SCORES_IN_WORDS, Trial, Trials, Verdict,
 };
 
-/// The world that was driven through, where it is not the filter's own.
+/// The simulated world, where it differs from the filter's model.
 pub(super) fn world(comparison: &Comparison) {
     let options = &comparison.options;
     console::print(format_args!(
@@ -30,7 +30,7 @@ pub(super) fn world(comparison: &Comparison) {
 }
 
 /// The overall error with exact poses, with the AMiRo's odometry, and with the same
-/// taken for current when it arrives; whether the second costs little enough.
+/// without prediction; whether the loss of the second is within its bound.
 pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3], loss_at_most: f64) -> bool {
     console::print("");
     console::print(
@@ -70,7 +70,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3], loss_at_m
     all_hold
 }
 
-/// One table a scenario, one line a method.
+/// One table per scenario, one line per method.
 pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {
         console::print(format_args!("{}: {}", scenario.name, scenario.about));
@@ -188,7 +188,7 @@ fn paired_line(differences: &[Option<f64>]) -> String {
     )
 }
 
-/// Verdicts under a heading, failures counted.
+/// Verdicts under a heading with the number of failures.
 pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
     let failed = verdicts.iter().filter(|verdict| !verdict.holds()).count();
     console::print(format_args!(
@@ -201,7 +201,7 @@ pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
     console::print("");
 }
 
-/// What the paper claims and these figures do not show.
+/// Claims of the paper that the results do not show.
 pub(super) fn not_reproduced(trials: &[Trial]) {
     console::print("Not reproduced: a range that is almost doubled (section 5.2).");
     for scenario in ["ssso", "msso"] {

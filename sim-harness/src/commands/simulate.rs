@@ -52,16 +52,16 @@ pub(super) struct Simulate {
     differences: Differences,
 }
 
-/// In what the world differs from the filter's model; recorded with the scenario.
+/// Differences of the world from the filter's model; recorded with the scenario.
 #[derive(Debug, Args)]
 struct Differences {
-    /// How returns make a signal: matched (the strongest one) or patch (all that is seen).
+    /// Rule of the signal: matched (the strongest return) or patch (the sum of all).
     #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
     /// Sensor noise, times the model's.
     #[arg(long, default_value_t = 1.0, value_name = "F")]
     noise: f64,
-    /// Offset of the sensors, counts: 10 all along, 0..10 growing over the drive.
+    /// Offset of the sensors, counts: 10 for a constant one, 0..10 growing over the drive.
     #[arg(long, default_value_t = Drift::NONE, value_name = "COUNTS", allow_hyphen_values = true)]
     drift: Drift,
     /// Reflectivity of everything, times the scenario's.
@@ -76,7 +76,7 @@ struct Differences {
     /// Dependence of the world's gain on the signal, m^2; default: the model's.
     #[arg(long, value_name = "M2", allow_hyphen_values = true)]
     delta: Option<f64>,
-    /// What the robot is told: truth, wheel-errors (1 %, 2 degrees a root metre),
+    /// Odometry: truth, wheel-errors (1 %, 2 degrees per root metre),
     /// wheel-errors:PERCENT:DEGREES, amiro (as on its bus), or amiro-undated (as amiro,
     /// each pose taken for current).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
@@ -164,8 +164,8 @@ impl Simulate {
     }
 }
 
-/// Says how the senses saw sensors that they did not trust and buses that did not work,
-/// and when that began and ended.
+/// Reports the sensors that the acquisition did not trust and the buses that did not work,
+/// with the times of the changes.
 fn print_untrusted(healths: &[(u64, Health)], report: fn(&dyn Display)) {
     let mut known = [None; SENSORS];
     let mut known_buses = [BusState::Working; 2];

@@ -1,4 +1,4 @@
-//! The part of a map that a figure shows.
+//! The part of a map that a picture shows.
 
 use crate::mapping::{Cell, Map, Occupancy};
 

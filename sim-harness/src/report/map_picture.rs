@@ -75,7 +75,7 @@ impl MapPicture<'_> {
 
     /// As [`render`](Self::render), with a longer side of about so many pixels.
     ///
-    /// A cell has 3 pixels at least.
+    /// A cell has at least 3 pixels.
     #[must_use]
     pub(crate) fn render_sized(&self, map: &Map, side_px: usize) -> Picture {
         let Some(known) = CellWindow::known(map) else {

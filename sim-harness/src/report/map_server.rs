@@ -1,4 +1,4 @@
-//! A map as the pair of files that ROS's `map_server` loads.
+//! A map as the two files that ROS's `map_server` loads.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ fn grey(p_occ: f32) -> u8 {
     }
 }
 
-/// `map.pgm` and `map.yaml`, cut to the known cells, a pixel a cell.
+/// `map.pgm` and `map.yaml`, cut to the known cells, one pixel per cell.
 ///
 /// Trinary: a cell's class survives, its probability does not. A map without a known
 /// cell gives one unknown pixel at the world's origin.

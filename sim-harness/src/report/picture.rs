@@ -8,10 +8,10 @@ use crate::output::{self, WriteError};
 /// Red, green and blue.
 pub type Colour = [u8; 3];
 
-/// What lies around and between drawings.
+/// Colour around and between drawings.
 pub(crate) const PAPER: Colour = [255, 255, 255];
 
-/// Space between pictures that stand side by side, pixels.
+/// Space between pictures side by side, pixels.
 const GAP: usize = 8;
 
 /// Pixels, row by row from the top.
@@ -62,7 +62,7 @@ impl Picture {
         row.unwrap_or_default()
     }
 
-    /// Fills a rectangle; what lies outside is left out.
+    /// Fills a rectangle; parts outside the picture are cut.
     pub(crate) fn fill(&mut self, x: usize, y: usize, size: (usize, usize), colour: Colour) {
         for row in y..(y + size.1).min(self.height) {
             self.row_mut(row)
@@ -86,7 +86,7 @@ impl Picture {
         }
     }
 
-    /// Lays another picture over this one; what lies outside is left out.
+    /// Draws another picture over this one; parts outside are cut.
     pub(crate) fn paste(&mut self, x: usize, y: usize, other: &Self) {
         for row in 0..other.height {
             let from = other.row(row).unwrap_or_default();
@@ -112,8 +112,8 @@ impl Picture {
         let mut encoder = png::Encoder::new(writer, width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        // Said, not left to defaults, which may change; for maps at most half of what
-        // `Fast` gives, and the rows' likeness is found without trying every filter.
+        // Set explicitly, because defaults may change. A map has at most half the size
+        // that `Fast` gives, and no filter has to be tried for each row.
         encoder.set_compression(png::Compression::Balanced);
         encoder.set_filter(png::Filter::Up);
         let mut writer = encoder.write_header()?;

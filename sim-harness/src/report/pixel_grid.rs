@@ -1,4 +1,4 @@
-//! Cells as squares of pixels, or as shares of one.
+//! The cells of a map as pixels.
 
 use crate::mapping::{Map, Occupancy};
 
@@ -12,22 +12,22 @@ pub const FREE: Colour = [255, 255, 255];
 /// Occupied cells.
 pub const OCCUPIED: Colour = [0, 0, 0];
 
-/// Cells of which nothing is known.
+/// Unknown cells.
 pub const UNKNOWN: Colour = [160, 160, 160];
 
-/// Most pixels a side of the map alone: the rest is for title, scale and border.
+/// Greatest side of the map alone, pixels: the rest is for title, scale and border.
 const MAX_MAP_PX: usize = 3840;
 
-/// What the longer side of the map should have, pixels.
+/// Wanted length of the map's longer side, pixels.
 pub(crate) const WANTED_PX: usize = 900;
 
-/// A cell smaller than this is hard to see, pixels.
+/// Least side of a cell, pixels: smaller cells are hard to see.
 const SMALLEST_CELL_PX: usize = 3;
 
-/// A cell larger than this shows nothing more, pixels.
+/// Greatest side of a cell, pixels.
 pub(crate) const LARGEST_CELL_PX: usize = 24;
 
-/// How cells become pixels.
+/// The mapping from cells to pixels.
 pub(crate) struct PixelGrid {
     columns: usize,
     rows: usize,
@@ -41,7 +41,7 @@ pub(crate) struct PixelGrid {
 }
 
 impl PixelGrid {
-    /// The raster that shows a window best, its longer side of about `wanted_px`.
+    /// The grid for a window, whose longer side has about `wanted_px`.
     pub(crate) fn new(window: &CellWindow, cell_m: f64, wanted_px: usize) -> Self {
         let cells = window.columns().max(window.rows());
         let fitting = (MAX_MAP_PX / cells).max(1);

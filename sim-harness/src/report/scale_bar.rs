@@ -3,13 +3,13 @@
 use super::picture::Picture;
 use super::text::{Font, INK};
 
-/// Shortest bar that reads well, pixels.
+/// Least length of the bar, pixels.
 const SHORTEST_PX: f64 = 60.0;
 
 /// Height of the end marks, pixels.
 const MARK_PX: usize = 11;
 
-/// Draws a bar of a round length with end marks, and its length in words.
+/// Draws a bar of a round length with end marks, and its length beside it.
 ///
 /// (x, y) is the upper left corner of a line of small text that holds both.
 pub(crate) fn draw_scale_bar(picture: &mut Picture, (x, y): (usize, usize), pixel_m: f64) {

@@ -1,4 +1,4 @@
-//! Lines of text, from letters that are part of the program.
+//! Lines of text, in a font that is part of the program.
 
 use noto_sans_mono_bitmap::{
     FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width,
@@ -9,10 +9,10 @@ use super::picture::{Colour, Picture};
 /// Colour of text and scale.
 pub(crate) const INK: Colour = [40, 40, 40];
 
-/// What stands for a letter that the program does not have.
+/// Drawn in place of a letter that the font lacks.
 const MISSING: char = '?';
 
-/// Size of a line of text.
+/// The font in one size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Font {
     height: RasterHeight,

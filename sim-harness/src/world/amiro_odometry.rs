@@ -1,4 +1,4 @@
-//! The odometry that the AMiRo's bus carries, bit for bit.
+//! The odometry messages of the AMiRo's bus, bit for bit.
 
 use amiro_ipf::can::TransmittedPose;
 use amiro_ipf::geometry::Pose;
@@ -12,9 +12,9 @@ pub const FRAME_PERIOD_US: u64 = 63_000;
 
 /// A frame of the message ODOMETRY (0x50): the newest update at the time of sending.
 ///
-/// The robot reckons its pose every 50 ms in micrometres and microradians and sends
-/// every 63 ms what is left of them in the message ([`TransmittedPose`]). What the
-/// wheels' counters cannot resolve, 124 um an increment, is less and not modelled.
+/// The robot updates its pose every 50 ms in micrometres and microradians and sends it
+/// every 63 ms, rounded to the message's resolution ([`TransmittedPose`]). The resolution
+/// of the wheels' counters, 124 um per increment, is finer and not modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct AmiroFrame {
     sent_us: u64,
@@ -28,7 +28,7 @@ impl AmiroFrame {
         }
     }
 
-    /// When the pose in the frame was true.
+    /// Time at which the pose in the frame was true.
     pub(super) const fn update_us(self) -> u64 {
         self.sent_us - self.sent_us % UPDATE_PERIOD_US
     }

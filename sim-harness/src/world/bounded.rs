@@ -4,7 +4,7 @@ use serde::de::{Deserialize, Deserializer, Error};
 
 /// A finite number between two bounds, given in thousandths.
 ///
-/// The refusal is raised while the value is read, so that the error shows the line.
+/// The value is checked while it is read, so that the error shows the line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounded<const LOW: i64, const HIGH: i64>(f64);
 
@@ -29,13 +29,13 @@ impl<'de, const LOW: i64, const HIGH: i64> Deserialize<'de> for Bounded<LOW, HIG
     }
 }
 
-/// A place or a length of way, metres: a kilometre either way.
+/// A coordinate or the length of a leg, metres: up to a kilometre either way.
 pub(super) type Coordinate = Bounded<-1_000_000, 1_000_000>;
 /// A radius, metres: 1 mm to 10 m.
 pub(super) type Radius = Bounded<1, 10_000>;
 /// A cell's side, metres: 1 mm to 100 mm.
 pub(super) type CellSize = Bounded<1, 100>;
-/// A linear speed, metres a second: 1 mm/s to 5 m/s.
+/// A linear speed, metres per second: 1 mm/s to 5 m/s.
 pub(super) type Speed = Bounded<1, 5_000>;
 /// An angle, degrees: ten turns either way.
 pub(super) type Degrees = Bounded<-3_600_000, 3_600_000>;

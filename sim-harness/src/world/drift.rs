@@ -1,11 +1,11 @@
-//! How a sensor's offset moves away from the stored one.
+//! Drift of the sensors' offsets from the stored ones.
 
 use std::str::FromStr;
 
 use super::OptionsError;
 
-/// Counts that every sensor reads too much, evenly from one value to another over the
-/// drive. Written `10` for a constant one, `0..10` for one that grows.
+/// Counts added to every reading, changing linearly from one value to another over the
+/// drive. Written `10` for a constant drift, `0..10` for a growing one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// At the start of the drive, counts.
@@ -18,7 +18,7 @@ impl Drift {
     /// No drift.
     pub const NONE: Self = Self::constant(0.0);
 
-    /// The same offset all along the drive.
+    /// The same offset over the whole drive.
     #[must_use]
     pub const fn constant(counts: f64) -> Self {
         Self {

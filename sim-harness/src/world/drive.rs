@@ -12,7 +12,7 @@ pub const SAMPLE_PERIOD_US: u64 = 8_000;
 #[derive(Clone, Debug)]
 pub struct Drive {
     speed_m_per_s: f64,
-    /// Each leg with when and where it starts.
+    /// Each leg with the state at its start.
     legs: Vec<(Start, Leg)>,
     end: Start,
 }
@@ -53,7 +53,7 @@ impl Drive {
         (self.end.time_s * 1e6).round() as u64
     }
 
-    /// Where the robot is at a stamp; after the end it stays there.
+    /// The robot's pose at a stamp; after the end it stays at the last one.
     #[must_use]
     pub fn pose_at(&self, stamp_us: u64) -> Pose {
         let time_s = stamp_us as f64 * 1e-6;
@@ -81,7 +81,7 @@ impl Drive {
 }
 
 impl Start {
-    /// Where the given time on a leg leads.
+    /// The state after the given time on a leg.
     fn after(&self, leg: &Leg, seconds: f64, speed_m_per_s: f64) -> Self {
         let time_s = self.time_s + seconds;
         let way_m = speed_m_per_s * seconds;

@@ -1,9 +1,9 @@
-//! Samples that get lost.
+//! Random loss of samples.
 
 use amiro_ipf::random::{Generator, uniform};
 use amiro_ipf::sensor::{SENSORS, Sample};
 
-/// Takes samples away at random, each on its own.
+/// Removes samples at random, each independently.
 #[derive(Clone, Debug)]
 pub struct Dropout {
     share: f64,
@@ -11,13 +11,13 @@ pub struct Dropout {
 }
 
 impl Dropout {
-    /// Takes away the given share of all samples, to 2^-24; 1 takes all.
+    /// Removes the given share of all samples, to 2^-24; 1 removes all.
     #[must_use]
     pub const fn new(share: f64, chance: Generator) -> Self {
         Self { share, chance }
     }
 
-    /// The samples with some missing. Draws eight numbers, whatever is taken.
+    /// The samples with some missing. Draws eight random numbers in every call.
     #[must_use]
     pub fn thin(&mut self, mut samples: [Sample; SENSORS]) -> [Sample; SENSORS] {
         for sample in &mut samples {

@@ -1,4 +1,4 @@
-//! A sensor's place in the world, and what it sees along a ray.
+//! The pose of an infrared sensor in the world, and the first surface along a ray.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::sensor::{Ring, SensorMask};
@@ -6,14 +6,14 @@ use amiro_ipf::sensor::{Ring, SensorMask};
 use super::Shape;
 use crate::geometry::{Turn, Vector};
 
-/// One sensor's place and direction in the world.
+/// Position and direction of one infrared sensor in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
     /// Index on the ring.
     pub sensor: usize,
-    /// Where it is.
+    /// Its position.
     pub position: Vector,
-    /// Where its axis points.
+    /// Direction of its axis.
     pub axis: Turn,
 }
 

@@ -1,4 +1,4 @@
-//! Whether a robot can drive as a scenario says, and the filter accept it.
+//! Checks that a robot can drive a scenario, and that the filter accepts its speed.
 
 use std::fmt;
 
@@ -11,10 +11,10 @@ use super::{Drive, Leg, Scenario, ScenarioError, Shape, Vector};
 /// Overlap of hull and shape that counts as touching, metres: poses are `f32`, to 0.06 mm
 /// at a kilometre.
 const TOUCHING_M: f64 = 1e-4;
-/// Rounding that is forgiven in the length of a drive, metres.
+/// Rounding that is allowed for in the length of a drive, metres.
 const ROUNDING_M: f64 = 1e-6;
 
-/// What no robot does and a scenario may do on purpose, by the key `allow`.
+/// A check that a scenario may fail on purpose, by the key `allow`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Allowance {
@@ -25,9 +25,9 @@ pub enum Allowance {
 }
 
 impl Scenario {
-    /// Checks that a robot can drive so: that its hull enters no shape, that the filter
-    /// accepts its speed, and that every opening is judged before the drive ends. Hull and
-    /// shape may touch. What the scenario allows is not checked.
+    /// Checks that the hull enters no shape, that the filter accepts the speed, and that
+    /// every opening is judged before the drive ends. Hull and shape may touch. The checks
+    /// that the scenario's `allow` names are left out.
     ///
     /// # Errors
     /// [`ScenarioError::Limit`] with the key and its value.

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::bounded::{Coordinate, Degrees, Radius};
 
-/// Turning in place, degrees a second.
+/// Speed of a turn in place, degrees per second.
 pub const TURN_DEG_PER_S: f64 = 45.0;
 
 /// One leg of a drive.
@@ -13,7 +13,7 @@ pub const TURN_DEG_PER_S: f64 = 45.0;
 pub enum Leg {
     /// Along the heading; negative is backward.
     Straight {
-        /// Length of the way, metres.
+        /// Length, metres.
         length_m: f64,
     },
     /// About the robot's centre, at [`TURN_DEG_PER_S`]; positive is to the left.
@@ -31,7 +31,7 @@ pub enum Leg {
 }
 
 impl Leg {
-    /// Way of the robot's centre, metres; 0 for a turn in place.
+    /// Distance that the robot's centre covers, metres; 0 for a turn in place.
     #[must_use]
     pub fn length_m(self) -> f64 {
         match self {
@@ -44,7 +44,7 @@ impl Leg {
         }
     }
 
-    /// How long the leg takes at the given linear speed, seconds.
+    /// Duration of the leg at the given linear speed, seconds.
     #[must_use]
     pub fn duration_s(self, speed_m_per_s: f64) -> f64 {
         match self {

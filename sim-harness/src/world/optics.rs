@@ -1,8 +1,8 @@
-//! What comes back to a sensor: its rays, and the returns along them.
+//! The optics of an infrared sensor: its rays, and the returns along them.
 //!
-//! 121 rays within 60 degrees of the axis, each with the first surface on it: what is
-//! behind another surface returns nothing. [`Physics`] says what becomes of the
-//! returns; figures are worth something only where both kinds have been looked at.
+//! There are 121 rays within 60 degrees of the axis, each with the first surface on it.
+//! [`Physics`] is the rule that makes a signal of the returns. A result should be checked
+//! under both rules.
 
 use std::str::FromStr;
 
@@ -11,36 +11,36 @@ use amiro_ipf::sensor::Photometry;
 use super::{Eye, OptionsError, Shape, first_surface};
 use crate::geometry::Turn;
 
-/// Rays a sensor: one a degree over +-60 degrees.
+/// Rays per sensor: one per degree over +-60 degrees.
 const RAYS: u16 = 121;
-/// The raw register's end: more than any signal that can be told.
+/// Largest value of the raw register.
 pub(super) const FULL: f64 = 65_535.0;
-/// Where a wall returns under both physics what the law says, metres.
+/// Distance at which a wall has the law's return under both rules, metres.
 const REFERENCE_M: f64 = 0.1;
 
-/// How the returns along a sensor's rays make its signal.
+/// The rule that makes a signal of the returns along a sensor's rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Physics {
     /// The strongest return is the signal, each by the filter's own law.
     ///
-    /// Matched, because filter and world share equation 5: figures from it say how
-    /// well the filter infers, not how well the law fits a real wall.
+    /// Filter and world share equation 5: results measure the inference of the filter, not
+    /// the agreement of the law with a real wall.
     #[default]
     Matched,
-    /// The returns of all that is seen add up, as those of Lambert surfaces.
+    /// The returns of all visible surfaces add up, as those of Lambert surfaces.
     ///
     /// A ray adds rho cos(i) / (d^2 / C - delta), with the reflectivity rho, the angle
     /// of incidence i on the surface, its distance d and C = cos(xi theta): the law's
     /// own return, times Lambert's cosine. For delta = 0 that is
     /// rho C cos(i) / d^2. The sum is scaled so that an endless wall across the axis at
-    /// 100 mm returns what the law says for 100 mm on the axis; for delta = 0 it then
-    /// does at every distance. A face of width w at distance D fills the lobe only to
-    /// atan(w / 2 D) and returns less, so the law takes it for farther: a 50 mm face at
-    /// 100 mm for one at 149 mm.
+    /// 100 mm has the law's return for 100 mm on the axis, and for delta = 0 the law's
+    /// return at every distance. A face of width w at distance D fills the lobe only to
+    /// atan(w / 2 D) and returns less, so that it appears farther by the law: a 50 mm face
+    /// at 100 mm appears at 149 mm.
     ///
-    /// The plane's light alone: how high a thing is does not matter. One ray a degree,
-    /// so that a face's return steps by one ray's share as its edges pass: 3 % for
-    /// 50 mm at 100 mm.
+    /// Only light in the plane counts, whatever the height of an object. With one ray per
+    /// degree a face's return changes in steps of one ray as its edges pass: 3 % for 50 mm
+    /// at 100 mm.
     Patch,
 }
 
@@ -65,7 +65,7 @@ impl FromStr for Physics {
     }
 }
 
-/// The rays of a sensor and the law of what returns along them.
+/// The rays of a sensor and the law of the returns along them.
 #[derive(Clone, Debug)]
 pub(super) struct Optics {
     physics: Physics,
@@ -166,7 +166,7 @@ mod tests {
         Scenario::parse(&text).unwrap().shapes
     }
 
-    /// What a sensor at the origin that looks along x reads above beta.
+    /// Signal above beta of a sensor at the origin that looks along x.
     fn signal_of(photometry: &Photometry, physics: Physics, tables: &str) -> f64 {
         let eye = Eye {
             sensor: 0,

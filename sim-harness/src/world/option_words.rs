@@ -1,11 +1,11 @@
-//! Options as words, and in front of the scenario that a recording carries.
+//! Options as words, and as a comment line before the scenario of a recording.
 
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
 use super::{Options, OptionsError};
 
-/// Begins the line, a comment to everything that reads scenarios.
+/// Beginning of the line, which is a comment in TOML.
 const MARK: &str = "# simulated with:";
 
 impl Display for Options {
@@ -32,7 +32,7 @@ impl Display for Options {
 impl FromStr for Options {
     type Err = OptionsError;
 
-    /// Words with spaces between; of an option given twice the last holds.
+    /// Words separated by spaces; the last value of an option counts.
     fn from_str(text: &str) -> Result<Self, OptionsError> {
         let mut options = Self::default();
         for word in text.split_whitespace() {
@@ -60,10 +60,10 @@ impl Options {
         Ok(())
     }
 
-    /// The scenario's text behind a line that names these options.
+    /// The scenario's text after a line with these options.
     ///
-    /// The default needs none: the text is then as it was, unless it begins with such
-    /// a line itself, of which the new one takes precedence.
+    /// The default options need no line, unless the text begins with such a line itself:
+    /// then an empty line of options comes before it, and counts.
     #[must_use]
     pub fn in_front_of(&self, scenario: &str) -> String {
         if *self == Self::default() && !scenario.starts_with(MARK) {
@@ -73,11 +73,11 @@ impl Options {
         format!("{}\n{scenario}", line.trim_end())
     }
 
-    /// The options that the first line of a scenario's text names; without such a line
-    /// the default.
+    /// The options in the first line of a scenario's text; the default without such a
+    /// line.
     ///
     /// # Errors
-    /// The line names what is no option, or a value outside its range.
+    /// An unknown option, or a value outside its range.
     pub fn named_in(scenario: &str) -> Result<Self, OptionsError> {
         let line = scenario.lines().next().unwrap_or_default();
         line.strip_prefix(MARK).unwrap_or_default().parse()

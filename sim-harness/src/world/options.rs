@@ -1,32 +1,31 @@
-//! In what a simulated drive differs from the world that the filter's model describes.
+//! Differences between a simulated world and the filter's model.
 
 use amiro_ipf::sensor::Photometry;
 
 use super::{Drift, Odometry, Physics};
 
-/// In what a drive differs from the model; by default in nothing but sensor noise.
+/// Differences of a drive from the model; by default none but sensor noise.
 ///
-/// Written as words, such as `physics=patch noise=2 drift=0..10`: only what differs
-/// from the default, in the order of the fields. The words give the options back, bit
-/// for bit.
+/// Written as words, such as `physics=patch noise=2 drift=0..10`: only those that differ
+/// from the default, in the order of the fields. The words are read back bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// How returns make a signal.
+    /// The rule that makes a signal of the returns.
     pub physics: Physics,
     /// Sensor noise, times the model's sigma_s. More: less precise readings.
     pub noise_factor: f64,
-    /// How far the sensors' offsets move from the stored ones.
+    /// Drift of the sensors' offsets from the stored ones.
     pub drift: Drift,
-    /// Reflectivity of everything, times the scenario's. More: things look nearer.
+    /// Reflectivity of all shapes, times the scenario's. More: shapes appear nearer.
     pub reflectivity_factor: f64,
-    /// Probability that a sensor's sample is missing, for each sample on its own.
+    /// Probability that a sample is missing, independently for each sample.
     pub dropout: f64,
     /// Shape of the world's lobe (xi); `None` is the model's.
     pub xi: Option<f64>,
     /// The world's dependence of the gain on the signal, m^2 (delta); `None` is the
     /// model's.
     pub delta_m2: Option<f64>,
-    /// What the robot is told about its motion.
+    /// The odometry that reaches the robot.
     pub odometry: Odometry,
 }
 
@@ -45,7 +44,7 @@ impl Default for Options {
     }
 }
 
-/// Why options were refused.
+/// The reason for which options are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptionsError {
     /// A number is outside its range.
@@ -60,7 +59,7 @@ pub enum OptionsError {
         /// Largest value that is allowed.
         high: f64,
     },
-    /// A word is none of the option's.
+    /// A value that the option does not have.
     #[error("{key}: `{text}` is not {what}")]
     Value {
         /// The option.

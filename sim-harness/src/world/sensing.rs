@@ -1,4 +1,4 @@
-//! What the proximity sensors of a robot read in a world: optics, noise, register.
+//! Readings of a robot's infrared sensors in a world: optics, noise, register.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
@@ -8,14 +8,14 @@ use super::optics::{FULL, Optics};
 use super::{Eye, Options, Physics, Scenario, Shape};
 use crate::geometry::Vector;
 
-/// Keeps the world's noise apart from a filter with the same seed: "world" in ASCII.
+/// Separates the world's noise from a filter with the same seed: "world" in ASCII.
 const NOISE_STREAM: u64 = 0x77_6f72_6c64;
 
-/// Surfaces beyond this range are not looked for, metres: they return a quarter of a
-/// count, a twentieth of the noise.
+/// Surfaces beyond this range are ignored, metres: they return a quarter of a count, a
+/// twentieth of the noise.
 const REACH_M: f64 = 2.0;
-/// Raw counts that a sensor's stored offset takes off: the VCNL4020 shows 2000 to
-/// 3000 with nothing in range.
+/// Stored offset of a sensor, raw counts: the VCNL4020 reads 2000 to 3000 with nothing
+/// in range.
 const OFFSET: f64 = 2_516.0;
 
 /// The sensors of one robot: their law, their rays, their noise.
@@ -60,15 +60,15 @@ impl Sensing {
         )
     }
 
-    /// Draws the noise from another generator from now on.
+    /// Replaces the generator of the noise.
     pub fn set_noise(&mut self, noise: Generator) {
         self.noise = noise;
     }
 
     /// One sample of each sensor from the given pose; unused ones are missing.
     ///
-    /// `drift_counts` is how far every sensor's offset has moved from the stored one.
-    /// Each call draws the same number of random numbers, whatever is seen.
+    /// `drift_counts` is the drift of every sensor's offset from the stored one. Each call
+    /// draws the same number of random numbers.
     pub fn sample(
         &mut self,
         shapes: &[Shape],
@@ -83,12 +83,10 @@ impl Sensing {
             })
     }
 
-    /// What the sensors' registers hold where [`Self::sample`] gives samples; 0 in unused
-    /// ones.
+    /// The sensors' registers where [`Self::sample`] gives samples; 0 for unused sensors.
     ///
-    /// `offsets` are the raw counts that the sensors' stored offsets take off. Where
-    /// neither end of the register is reached, the counts without the offset are those
-    /// of the sample, bit for bit.
+    /// `offsets` are the sensors' stored offsets, raw counts. Unless the register reaches
+    /// one of its ends, the counts less the offset are those of the sample, bit for bit.
     pub fn raw_counts(
         &mut self,
         shapes: &[Shape],
@@ -107,7 +105,7 @@ impl Sensing {
         raw
     }
 
-    /// Whole counts above the stored offset, of a register without ends.
+    /// Whole counts above the stored offset, without the limits of the register.
     fn above_offset(
         &mut self,
         shapes: &[Shape],

@@ -1,4 +1,4 @@
-//! A simulated drive: what the robot would have been told.
+//! A simulated drive: the inputs of a robot that drives through a world.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
@@ -7,25 +7,24 @@ use amiro_ipf::random::Generator;
 use super::odometry::Odometer;
 use super::{Drive, Dropout, Options, Scenario, Sensing};
 
-/// Keeps lost samples apart from the sensors' noise and from a filter with the same
-/// seed: "drops" in ASCII. A drive's noise is then the same whatever is lost of it.
+/// Separates the loss of samples from the sensors' noise and from a filter with the same
+/// seed: "drops" in ASCII. A drive's noise is then the same with and without losses.
 const DROPOUT_STREAM: u64 = 0x64_726f_7073;
-/// Keeps the wheels' errors apart: "wheel".
+/// Separates the wheels' errors: "wheel".
 const WHEEL_STREAM: u64 = 0x77_6865_656c;
 
 /// A simulated drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// For each sample the odometry that has come in by then, if any is new, and then
-    /// the readings.
+    /// For each sample the odometry that has arrived by then, if new, and the readings.
     pub inputs: Vec<Input>,
     /// Stamps and true poses of the samples.
     pub poses: Vec<(u64, Pose)>,
 }
 
-/// Drives through a world that is as the filter's model says; the odometry is perfect.
+/// Drives through a world that agrees with the filter's model; the odometry is exact.
 ///
-/// As [`simulate_with`] and no options.
+/// As [`simulate_with`] with the default options.
 #[must_use]
 pub fn simulate(scenario: &Scenario, seed: u64) -> Simulation {
     simulate_with(scenario, seed, &Options::default())
@@ -34,7 +33,7 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Simulation {
 /// Drives through a world and records the sensors and the odometry.
 ///
 /// Equal scenarios, seeds and options give equal inputs, bit for bit, on every machine.
-/// Options that [`Options::validate`] refuses give readings that mean nothing.
+/// Options that [`Options::validate`] refuses give meaningless readings.
 #[must_use]
 pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simulation {
     let stream = |stream: u64| Generator::seeded(seed ^ stream);
@@ -45,8 +44,8 @@ pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simul
     let poses: Vec<_> = drive.samples().collect();
     let mut inputs = Vec::with_capacity(2 * poses.len());
     for &(stamp_us, pose) in &poses {
-        let told = odometer.update_at(&drive, stamp_us);
-        inputs.extend(told.map(|(stamp_us, pose)| Input::Odometry { stamp_us, pose }));
+        let update = odometer.update_at(&drive, stamp_us);
+        inputs.extend(update.map(|(stamp_us, pose)| Input::Odometry { stamp_us, pose }));
         let drift_counts = options.drift.at(stamp_us, drive.end_us());
         let samples = sensing.sample(&scenario.shapes, &pose, drift_counts);
         let samples = dropout.thin(samples);

@@ -1,15 +1,15 @@
-//! Odometry that errs as wheels do: a wrong scale, and a heading that wanders.
+//! Wheel odometry: a wrong scale, and a random walk of the heading.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, standard_normal_pair};
 
 use crate::geometry::{Turn, Vector, radians};
 
-/// How large the errors of wheel odometry are; by default 1 % and 2 degrees a root metre.
+/// Size of the errors of wheel odometry; by default 1 % and 2 degrees per root metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelErrors {
-    /// Standard deviation of the scale of all distances, percent: one draw a drive, as
-    /// of wheels with a wrong diameter.
+    /// Standard deviation of the scale of all distances, percent: one draw per drive, as
+    /// for wheels of a wrong diameter.
     pub scale_percent: f64,
     /// Standard deviation of the heading after a metre, degrees: a random walk over the
     /// distance that the robot's centre has driven. A turn in place adds nothing.
@@ -31,15 +31,15 @@ pub struct WheelWalk {
     scale: f64,
     heading_deg_per_sqrt_m: f64,
     errors: Generator,
-    /// Where the robot is, and where odometry believes it is.
+    /// The robot's position, and its position by odometry.
     true_place: Vector,
     believed: Vector,
-    /// How far the believed heading is ahead of the true one.
+    /// The heading by odometry less the true one.
     ahead_deg: f64,
 }
 
 impl WheelWalk {
-    /// Begins at the true pose; draws the drive's scale.
+    /// Starts at the true pose; draws the drive's scale.
     #[must_use]
     pub fn new(model: &WheelErrors, start: &Pose, mut errors: Generator) -> Self {
         let (normal, _) = standard_normal_pair(&mut errors);
@@ -54,7 +54,7 @@ impl WheelWalk {
         }
     }
 
-    /// The pose that odometry believes in when the robot has moved on to the given one.
+    /// The pose by odometry when the robot has moved on to the given one.
     pub fn moved_to(&mut self, pose: &Pose) -> Pose {
         let place = Vector::from(pose.position);
         let way = place - self.true_place;

@@ -1,9 +1,9 @@
-//! An axis: its ends, its ticks at round numbers, and where a value lies on it.
+//! An axis: its ends, its ticks at round numbers, and the position of a value on it.
 
-/// Most steps between ticks.
+/// Greatest number of steps between ticks.
 const MOST_STEPS: f64 = 6.0;
 
-/// Rounding that is forgiven at the ends, steps.
+/// Rounding that is allowed for at the ends, steps.
 const ROUNDING: f64 = 1e-9;
 
 /// Powers of ten that a step may have, with the decimals that show them.
@@ -48,7 +48,7 @@ impl Axis {
         }
     }
 
-    /// An axis with a name at 0, 1, 2, ..., equally far apart whatever they mean.
+    /// An axis with names at 0, 1, 2, ..., at equal distances.
     pub(crate) fn named<S: ToString>(label: &str, names: &[S]) -> Self {
         let places = (0_u32..).map(f64::from);
         Self {
@@ -69,17 +69,17 @@ impl Axis {
         self.high - self.low
     }
 
-    /// Values with a tick, and what is written there.
+    /// Values with a tick, and their text.
     pub(crate) fn ticks(&self) -> &[(f64, String)] {
         &self.ticks
     }
 
-    /// Where a value lies on an axis of so many pixels: 0 for the low end.
+    /// Position of a value on an axis of so many pixels: 0 for the low end.
     pub(crate) fn place(&self, value: f64, length_px: usize) -> f64 {
         (value - self.low) / self.span() * length_px as f64
     }
 
-    /// The value in the middle of a pixel: the way back from [`place`](Self::place).
+    /// The value in the middle of a pixel: the inverse of [`place`](Self::place).
     pub(crate) fn value(&self, pixel: usize, length_px: usize) -> f64 {
         self.low + (pixel as f64 + 0.5) / length_px as f64 * self.span()
     }

@@ -13,10 +13,10 @@ pub(super) const PARTICLES: usize = 1000;
 /// Distance of the object from the sensor at the start, metres.
 pub(super) const OBJECT_M: f32 = 0.1;
 
-/// Way of a step, metres.
+/// Length of a step, metres.
 const STEP_M: f32 = 0.01;
 
-/// Survivals after which a particle is a surface.
+/// Survived steps after which a particle counts as a surface.
 const GATE: u8 = 2;
 
 /// Particles in the plane, millimetres ahead of the sensor and to its left.
@@ -24,9 +24,9 @@ pub(super) type Cloud = Vec<(f64, f64)>;
 
 /// One of the steps.
 pub(super) struct Step {
-    /// What the step consumed.
+    /// The input of the step.
     pub(super) begun: StepBegun,
-    /// Way since the start, metres.
+    /// Distance since the start, metres.
     pub(super) travelled_m: f32,
     /// Every outcome, in the body frame.
     pub(super) outcomes: Vec<ParticleEvent>,
@@ -81,7 +81,7 @@ pub(super) fn take(profile: Profile, seed: u64) -> Vec<Step> {
     steps
 }
 
-/// A place in the body frame as seen from the sensor, millimetres.
+/// A point of the body frame relative to the sensor, millimetres.
 fn before_sensor_mm(place: Point) -> (f64, f64) {
     let ahead_m = place.x - Ring::AMIRO.radius_m;
     (1e3 * f64::from(ahead_m), 1e3 * f64::from(place.y))
