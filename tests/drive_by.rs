@@ -1,11 +1,11 @@
 //! Whole drives past a block: simulated, filtered, mapped, scored.
 
 use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use sim_harness::drive::Record;
 use sim_harness::evaluation::{Scores, Truth};
-use sim_harness::mapping::CountingMapper;
-use sim_harness::run;
+use sim_harness::mapping::{CountingMapper, Mapper};
+use sim_harness::pipeline;
 use sim_harness::world::{Scenario, simulate};
 
 /// Seeds 0 to 99 were for tuning.
@@ -21,18 +21,16 @@ fn scores(scenario: &Scenario, profile: Profile, seed: u64) -> Scores {
     };
     let mut mapper = CountingMapper::new(scenario.cell_m);
     let mut steps = Vec::new();
-    let outcome = run(
-        &config,
-        &simulate(scenario, seed).inputs,
-        |event| match event {
-            Event::StepBegun(step) => {
-                steps.push(step.pose);
-                mapper.begin_step(step);
-            }
-            Event::Particles(particles) => mapper.count(&particles.outcomes),
-            _ => {}
-        },
-    )
+    let inputs = simulate(scenario, seed).inputs;
+    let outcome = pipeline::filter_records(&config, &inputs, &mut |record| {
+        mapper.take(record);
+        if let Record::Pose {
+            world_from_body, ..
+        } = record
+        {
+            steps.push(*world_from_body);
+        }
+    })
     .unwrap();
     assert_eq!(outcome.faults().count(), 0, "seed {seed}: {outcome:?}");
     Scores::of(&mapper.map(), &Truth::of(scenario, &steps))

@@ -1,14 +1,15 @@
 //! Comparisons of whole drives, and maps that must not pass for good ones.
 
 use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::{FilterParameters, Profile};
-use amiro_ipf::geometry::Pose;
+use sim_harness::drive::Record;
 use sim_harness::evaluation::{
-    Bounds, Comparison, Measure, Method, Over, Scores, Trials, Truth, json, standard, thresholds,
+    Bounds, Comparison, Measure, Over, Scores, Trials, Truth, json, standard, thresholds,
 };
-use sim_harness::mapping::{Cell, CountingMapper, Grid, Map, Mapper, Occupancy};
-use sim_harness::run;
+use sim_harness::geometry::Pose2;
+use sim_harness::lattice::Cell;
+use sim_harness::mapping::{Belief, CountingMapper, Map, Mapper, Method, Occupancy};
+use sim_harness::pipeline;
 use sim_harness::world::{Options, Scenario, simulate};
 
 fn scenario(name: &str) -> Scenario {
@@ -29,11 +30,15 @@ fn mapped(scenario: &Scenario, parameters: FilterParameters, seed: u64) -> (Map,
         ..scenario.config(Profile::Paper)
     };
     let mut mapper = CountingMapper::new(scenario.cell_m);
-    let mut poses: Vec<Pose> = Vec::new();
-    run(&config, &simulate(scenario, seed).inputs, |event| {
-        mapper.take(event);
-        if let Event::StepBegun(step) = event {
-            poses.push(step.pose);
+    let mut poses: Vec<Pose2> = Vec::new();
+    let inputs = simulate(scenario, seed).inputs;
+    pipeline::filter_records(&config, &inputs, &mut |record| {
+        mapper.take(record);
+        if let Record::Pose {
+            world_from_body, ..
+        } = record
+        {
+            poses.push(*world_from_body);
         }
     })
     .unwrap();
@@ -42,15 +47,15 @@ fn mapped(scenario: &Scenario, parameters: FilterParameters, seed: u64) -> (Map,
 
 /// A map with every known cell converted.
 fn with_classes(map: &Map, convert: impl Fn(Cell, Occupancy) -> (Cell, Occupancy)) -> Map {
-    let mut converted = Grid::new(map.cell_m(), 0.5);
-    for (cell, p_occ) in map.iter() {
-        let (cell, class) = convert(cell, Occupancy::of(*p_occ));
+    let mut converted = Map::unknown(map.cell_m());
+    for (cell, belief) in map.iter() {
+        let (cell, class) = convert(cell, belief.occupancy());
         let p_occ = match class {
             Occupancy::Unknown => continue,
             Occupancy::Occupied => 1.0,
             Occupancy::Free => 0.0,
         };
-        *converted.reach(cell).unwrap() = p_occ;
+        *converted.reach(cell).unwrap() = Belief::of_probability(p_occ);
     }
     converted
 }
@@ -147,13 +152,13 @@ fn one_thread_and_two_give_the_same_bytes() {
 
 #[test]
 fn the_filter_leaves_the_junction_open_and_the_inverse_sensor_model_does_not() {
-    let methods = [Method::Paper, Method::Plus, Method::IsmStandard];
+    let methods = [Method::PAPER, Method::PLUS, Method::ISM_STANDARD];
     let trials = comparison(&["msm_t"], &methods, 300, 0).run().unwrap();
     for trial in &trials {
         let story = format!("{}, seed {}: {:?}", trial.method, trial.seed, trial.scores);
         assert_eq!(trial.scores.openings.len(), 2, "{story}");
         for opening in &trial.scores.openings {
-            if trial.method == Method::IsmStandard {
+            if trial.method == Method::ISM_STANDARD {
                 assert!(opening.false_occupied >= 25, "{story}");
                 assert_eq!(opening.frontier, 0, "{story}");
             } else {
@@ -166,35 +171,23 @@ fn the_filter_leaves_the_junction_open_and_the_inverse_sensor_model_does_not() {
 
 #[test]
 fn readings_are_the_same_whatever_else_is_compared() {
-    let alone = comparison(&["msso"], &[Method::IsmTuned], 7, 1)
+    let alone = comparison(&["msso"], &[Method::ISM_TUNED], 7, 1)
         .run()
         .unwrap();
-    let methods = [Method::Plus, Method::IsmTuned];
+    let methods = [Method::PLUS, Method::ISM_TUNED];
     let beside = comparison(&["msso"], &methods, 30, 1).run().unwrap();
     let its: Vec<_> = beside
         .into_iter()
-        .filter(|trial| trial.method == Method::IsmTuned)
+        .filter(|trial| trial.method == Method::ISM_TUNED)
         .collect();
     assert_eq!(json(&alone).unwrap(), json(&its).unwrap());
-}
-
-#[test]
-fn carving_covers_more_than_few_particles_do() {
-    let methods = [Method::Plus, Method::PlusCarving];
-    let trials = comparison(&["msm_l"], &methods, 50, 1).run().unwrap();
-    let coverage = |method| {
-        let trials = Trials::of(&trials, "msm_l", method).unwrap();
-        trials.smallest(Measure::Coverage).unwrap().0
-    };
-    let (plain, carved) = (coverage(Method::Plus), coverage(Method::PlusCarving));
-    assert!(carved > plain + 0.02, "{plain}, {carved}");
 }
 
 #[test]
 fn every_threshold_is_judged_by_the_default_methods_and_no_other() {
     // 9 of each scenario, 7 of the openings of each maze.
     assert_eq!(thresholds().len(), 5 * 9 + 2 * 7);
-    let trials = comparison(&["msod"], &[Method::Plus], 5, 1).run().unwrap();
+    let trials = comparison(&["msod"], &[Method::PLUS], 5, 1).run().unwrap();
     let judged = thresholds()
         .into_iter()
         .filter_map(|claim| claim.judge(&trials));

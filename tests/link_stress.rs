@@ -30,12 +30,14 @@ use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::Sample;
 use amiro_ipf::wire::{Decoder, Encoder, Importance, Message, Received, Terminal};
 use serialport::{SerialPort, TTYPort};
-use sim_harness::evaluation::{DriveScores, Truth};
+use sim_harness::drive::{FilterRecords, Record};
+use sim_harness::evaluation::{Scores, Truth};
+use sim_harness::geometry::Pose2;
 use sim_harness::link::{
     Account, Board, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossyLine, News,
     QemuOptions, boot_on_host, drive, record,
 };
-use sim_harness::mapping::CountingMapper;
+use sim_harness::mapping::{CountingMapper, Mapper};
 use sim_harness::world::{Options, Scenario, simulate_with};
 use sim_harness::{log, run};
 
@@ -283,12 +285,16 @@ fn f60_a_map_from_a_line_with_a_bit_error_in_a_thousand_is_within_a_point_of_the
                 run(&config, &inputs, |event| line.send(event, &mut arrive)).unwrap();
                 let outcome = line.finish(&mut arrive);
                 outcome.frames.balance(outcome.line.sent).unwrap();
-                let poses: Vec<Pose> = came.iter().filter_map(pose_of).collect();
+                let poses: Vec<Pose2> = came.iter().filter_map(pose_of).collect();
                 let truth = Truth::of(&scenario, &poses);
                 let mut mapper = CountingMapper::new(scenario.cell_m);
-                let scores = DriveScores::of(&mut mapper, &came, &scenario, &truth);
+                let mut records = FilterRecords::new(config.photometry);
+                let mut take = |record: &Record| mapper.take(record);
+                came.iter()
+                    .for_each(|event| records.translate(event, &mut take));
+                let scores = Scores::of(&mapper.map(), &truth);
                 let share = outcome.frames.received as f64 / outcome.frames.sent as f64;
-                (scores.last.oe.unwrap(), share)
+                (scores.oe.unwrap(), share)
             };
             let (clean, all) = error_of("ok");
             let (disturbed, share) = error_of("ber:1e-3");
@@ -302,9 +308,9 @@ fn f60_a_map_from_a_line_with_a_bit_error_in_a_thousand_is_within_a_point_of_the
     }
 }
 
-fn pose_of(event: &Event) -> Option<Pose> {
+fn pose_of(event: &Event) -> Option<Pose2> {
     match event {
-        Event::StepBegun(step) => Some(step.pose),
+        Event::StepBegun(step) => Some(step.pose.into()),
         _ => None,
     }
 }

@@ -10,16 +10,18 @@ use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::sensor::SensorMask;
 use sim_harness::evaluation::{Surroundings, WallReport};
+use sim_harness::mapping::Occupancy;
 use sim_harness::{Survey, log, run};
 
 /// The sensors that see the guide robot ahead.
 const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
 
 fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
-    survey_into(Survey::new(0.010), folder, drive, profile)
+    survey_with(None, folder, drive, profile)
 }
 
-fn survey_into(mut survey: Survey, folder: &Path, drive: &str, profile: Profile) -> Survey {
+/// A survey whose map has the footprint of a hull of the given radius, if any.
+fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> Survey {
     let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
     let recording = log::read(&file).unwrap();
     let mut config = Config {
@@ -27,6 +29,7 @@ fn survey_into(mut survey: Survey, folder: &Path, drive: &str, profile: Profile)
         ..Config::amiro(profile)
     };
     config.photometry.x_max_m = 0.17;
+    let mut survey = Survey::new(&config, 0.010, hull_m);
     let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
     assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
     survey
@@ -65,8 +68,7 @@ fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
     };
     let under_the_hull = |survey: &Survey| {
         let map = survey.map();
-        let occupied = map.iter().filter(|(_, p_occ)| **p_occ > 0.5);
-        let under = occupied.filter(|(cell, _)| {
+        let under = map.cells_of(Occupancy::Occupied).filter(|cell| {
             let (x, y) = map.centre(*cell);
             let mut path = survey.path().into_iter();
             path.any(|(robot_x, robot_y)| (x - robot_x).hypot(y - robot_y) < 0.05 - 1e-6)
@@ -80,8 +82,7 @@ fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
     ] {
         let counted = survey(&folder, drive, profile);
         assert_eq!(under_the_hull(&counted), before, "{drive}");
-        let cleared = Survey::with_footprint(0.010, Some(0.05));
-        let cleared = survey_into(cleared, &folder, drive, profile);
+        let cleared = survey_with(Some(0.05), &folder, drive, profile);
         assert_eq!(under_the_hull(&cleared), 0, "{drive}");
     }
 }

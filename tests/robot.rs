@@ -13,6 +13,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
 use amiro_ipf::wire::{Encoder, Outgoing, Terminal};
+use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::{Scores, standard};
 use sim_harness::link::boot_on_host;
 use sim_harness::log;
@@ -64,7 +65,7 @@ fn bytes(events: &[Event]) -> Vec<u8> {
 
 fn cells(map: &Map) -> Vec<(i32, i32, u32)> {
     map.iter()
-        .map(|(cell, p_occ)| (cell.row, cell.column, p_occ.to_bits()))
+        .map(|(cell, belief)| (cell.row, cell.column, belief.p_occ().to_bits()))
         .collect()
 }
 
@@ -288,6 +289,7 @@ fn f12_a_dazzled_sensor_turns_no_free_cells_into_walls() {
 struct Watched<'a> {
     robot: Robot,
     node: Node<'a, CAPACITY>,
+    records: FilterRecords,
     mapper: CountingMapper,
     steps: Vec<(u64, Pose)>,
     broke_off: Vec<u64>,
@@ -308,6 +310,7 @@ impl<'a> Watched<'a> {
         Self {
             robot,
             node,
+            records: FilterRecords::new(config.photometry),
             mapper: CountingMapper::new(scenario.cell_m),
             steps: Vec::new(),
             broke_off: Vec::new(),
@@ -324,7 +327,8 @@ impl<'a> Watched<'a> {
         };
         let at_us = report.at_us;
         let handled = self.node.handle(&input, &mut |event| {
-            self.mapper.take(event);
+            self.records
+                .translate(event, &mut |record| self.mapper.take(record));
             match event {
                 Event::StepBegun(step) => self.steps.push((at_us, step.pose)),
                 Event::BrokeOff { .. } => self.broke_off.push(at_us),

@@ -1,13 +1,13 @@
 //! A robot that stands: the filter stays off, or it finds walls in the noise.
 
 use amiro_ipf::config::{Config, StepRule};
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
-use sim_harness::mapping::{CountingMapper, Map, Mapper, Occupancy};
+use sim_harness::drive::Record;
+use sim_harness::geometry::Pose2;
+use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::world::{SAMPLE_PERIOD_US, Scenario, Vector, simulate};
-use sim_harness::{TICK_PERIOD_US, run, with_ticks};
+use sim_harness::{TICK_PERIOD_US, pipeline, with_ticks};
 
 const MSSO: &str = include_str!("../scenarios/msso.toml");
 
@@ -92,13 +92,16 @@ fn delayed(input: Input, delay_us: u64) -> Input {
 }
 
 /// The map of a run, and the poses of its steps.
-fn mapped(config: &Config, inputs: &[Input]) -> (Map, Vec<Pose>) {
+fn mapped(config: &Config, inputs: &[Input]) -> (Map, Vec<Pose2>) {
     let mut mapper = CountingMapper::new(0.010);
     let mut poses = Vec::new();
-    let outcome = run(config, inputs, |event| {
-        mapper.take(event);
-        if let Event::StepBegun(step) = event {
-            poses.push(step.pose);
+    let outcome = pipeline::filter_records(config, inputs, &mut |record| {
+        mapper.take(record);
+        if let Record::Pose {
+            world_from_body, ..
+        } = record
+        {
+            poses.push(*world_from_body);
         }
     })
     .unwrap();
@@ -108,12 +111,10 @@ fn mapped(config: &Config, inputs: &[Input]) -> (Map, Vec<Pose>) {
 
 /// Cells of a map whose class differs in another one.
 fn changed_cells(before: &Map, after: &Map) -> usize {
-    let class = |p_occ: Option<&f32>| p_occ.map_or(Occupancy::Unknown, |p| Occupancy::of(*p));
-    let changed = after.iter().filter(|(cell, p_occ)| {
-        let was = class(before.get(*cell));
-        was != class(Some(p_occ))
-    });
-    changed.count()
+    let cells = after.iter();
+    cells
+        .filter(|(cell, belief)| before.occupancy(*cell) != belief.occupancy())
+        .count()
 }
 
 fn scenario_and_config(profile: Profile, seed: u64) -> (Scenario, Config) {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sim_harness::datasets::{Dataset, DatasetError, Kcma, PoseSource, RefusedRows, recognise};
 use sim_harness::drive::{Keyframes, Record, Return};
-use sim_harness::mapping::{Map, Occupancy, RangeMethod};
+use sim_harness::mapping::{Map, Mapper, Method, Occupancy, Setup};
 use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
 use sim_harness::rig::Rig;
 
@@ -28,17 +28,24 @@ fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (Driv
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
         mounts: vec![sensors.to_owned()],
     };
-    let mut mapper = RangeMethod::named(method).unwrap().mapper(0.1, false);
-    let run = pipeline::run(&Kcma, drive, &rig(), &options, &mut mapper).unwrap();
+    let method: Method = method.parse().unwrap();
+    let mut mapper = method.mapper(&Setup {
+        rig: &rig(),
+        cell_m: 0.1,
+        footprint: false,
+        extent: None,
+    });
+    let run = pipeline::run(
+        |take| pipeline::dataset_records(&Kcma, drive, &rig(), &options, take),
+        &mut mapper,
+        &mut |_, _| {},
+    )
+    .unwrap();
     (run.figures, mapper.map())
 }
 
 fn cells(map: &Map) -> (usize, usize) {
-    let count = |wanted| {
-        let cells = map.iter().filter(|(_, p)| Occupancy::of(**p) == wanted);
-        cells.count()
-    };
-    (count(Occupancy::Occupied), count(Occupancy::Free))
+    (map.count(Occupancy::Occupied), map.count(Occupancy::Free))
 }
 
 /// A folder of the test's own, with the first `rows` rows of the drive.
@@ -93,7 +100,7 @@ fn sonar_echoes_add_up_to_the_recorded_ranges() {
                     }
                 }
             }
-            Record::Scan(_) => {}
+            _ => {}
         }
     }
     assert!((sum_m - 2434.2).abs() < 1e-6, "{sum_m}");

@@ -1,6 +1,13 @@
 //! Square cells over the whole world, without content.
 
-use super::Cell;
+/// A cell's place: column and row, counted from the world's origin, y upward.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Cell {
+    /// Row: floor of y / cell size.
+    pub row: i32,
+    /// Column: floor of x / cell size.
+    pub column: i32,
+}
 
 /// Where cells lie: squares of one size, counted from the world's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
