@@ -4,7 +4,7 @@ use amiro_ipf::config::Config;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use sim_harness::drive::Record;
 use sim_harness::evaluation::{
-    Bounds, Comparison, Measure, Over, Scores, Trials, Truth, json, standard, thresholds,
+    Bounds, Comparison, Over, Scores, Truth, json, standard, thresholds,
 };
 use sim_harness::geometry::Pose2;
 use sim_harness::lattice::Cell;
