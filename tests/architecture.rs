@@ -148,7 +148,7 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
         "crate::link",
         "crate::pipeline",
         "crate::evaluation",
-        "crate::figures",
+        "crate::report",
     ];
     for place in ["sim-harness/src/rig", "sim-harness/src/drive"] {
         assert_never_names(place, &above);

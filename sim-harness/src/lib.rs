@@ -6,7 +6,7 @@
 //! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
 //! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
-//! and written ([`figures`], [`output`]). The law that all of it rests on is fitted to
+//! and written ([`report`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.
 //!
 //! Drives of other robots take another way: a rig file says which sensors sit where
@@ -28,7 +28,6 @@ pub mod drive;
 mod escape;
 pub mod evaluation;
 pub mod faults;
-pub mod figures;
 pub mod geometry;
 pub mod lattice;
 pub mod link;
@@ -37,6 +36,7 @@ pub mod mapping;
 pub mod output;
 pub mod pipeline;
 mod quantity;
+pub mod report;
 pub mod rig;
 pub mod robot;
 mod run;

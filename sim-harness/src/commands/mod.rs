@@ -6,7 +6,6 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod evaluate_report;
-mod evaluate_robot;
 mod exit_code;
 mod figures;
 mod footprint;

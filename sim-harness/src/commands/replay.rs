@@ -9,7 +9,6 @@ use amiro_ipf::input::Input;
 use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_harness::console;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
@@ -19,9 +18,8 @@ use sim_harness::link::{
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS, Mapper};
-use sim_harness::output;
 use sim_harness::world::{Scenario, ScenarioError};
-use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
+use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, console, output, run, with_ticks};
 
 use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
