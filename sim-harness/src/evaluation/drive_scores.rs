@@ -1,5 +1,7 @@
 //! How good the map of a drive is, at its end and on the way.
 
+use std::borrow::Borrow;
+
 use amiro_ipf::event::{Event, StepBegun};
 use amiro_ipf::geometry::Pose;
 
@@ -40,10 +42,23 @@ impl DriveScores {
         scenario: &Scenario,
         truth: &Truth,
     ) -> Self {
-        let poses = step_poses(events);
-        let mut course = Course::of(scenario, truth, &poses);
+        Self::along(mapper, events, &step_poses(events), scenario, truth)
+    }
+
+    /// The same for events that come one after another, and may be many: `poses` are the
+    /// robot's at each step of the whole drive, for what is judged on the way.
+    #[must_use]
+    pub fn along(
+        mapper: &mut dyn Mapper,
+        events: impl IntoIterator<Item: Borrow<Event>>,
+        poses: &[Pose],
+        scenario: &Scenario,
+        truth: &Truth,
+    ) -> Self {
+        let mut course = Course::of(scenario, truth, poses);
         let mut steps = 0;
         for event in events {
+            let event = event.borrow();
             mapper.take(event);
             if matches!(event, Event::StepDone(_)) {
                 steps += 1;
