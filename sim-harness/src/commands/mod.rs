@@ -16,6 +16,7 @@ mod offsets;
 mod parts;
 mod record;
 mod replay;
+mod replayed;
 mod report;
 mod settings;
 mod simulate;
