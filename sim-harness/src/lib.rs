@@ -41,10 +41,11 @@ pub mod rig;
 pub mod robot;
 mod run;
 pub mod sensors;
+pub mod spool;
 mod survey;
 mod ticks;
 pub mod world;
 
-pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run};
+pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run, run_streamed};
 pub use survey::{Figures, Survey};
-pub use ticks::{TICK_PERIOD_US, with_ticks};
+pub use ticks::{TICK_PERIOD_US, Ticked, with_ticks};

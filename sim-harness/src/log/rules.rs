@@ -1,5 +1,6 @@
-//! A recording in the making: every rule that does not depend on the format.
+//! What of a source belongs to its run: every rule that does not depend on the format.
 
+use std::collections::VecDeque;
 use std::fmt::Display;
 use std::ops::ControlFlow;
 
@@ -8,15 +9,7 @@ use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 
-use super::{Format, GroundTruth, Place, Reason, Recording};
-
-/// Most memory of a recording's inputs, events and true poses together, bytes: 4 GiB.
-///
-/// An entry takes at most 128 bytes, and no frame is shorter than 9: up to this limit the
-/// memory is in proportion to the source. The limit is for sources without end. It is 33
-/// million events, five hours of all that a filter of 8000 particles sends while the robot
-/// drives at 80 mm/s.
-pub const MOST_BYTES: u64 = 4 << 30;
+use super::{Format, GroundTruth, Place, Reason, Refusals};
 
 /// Stamps further apart than this begin a new segment.
 const GAP_US: u64 = 1_000_000;
@@ -24,13 +17,32 @@ const GAP_US: u64 = 1_000_000;
 /// Kinds of inputs that have stamps.
 const KINDS: usize = 4;
 
-/// Who said a message.
+/// Which program or device sent a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sender {
     /// A host, a simulator, or the program that wrote a table.
     Host,
     /// A board; its inputs are what it read itself.
     Board,
+}
+
+/// What the rules let pass, in the order of the source.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Entry {
+    /// An input. Limits, which have no stamp, count as the host's.
+    Input(Sender, Input),
+    /// What a board answered.
+    Event(Event),
+    /// Where the robot really was.
+    TruePose(u64, Pose),
+    /// A configuration behind inputs: no input before it is used, and of the events before
+    /// it only boots.
+    Configuration,
+    /// The board takes the configuration: no input of the board before it is used, and of
+    /// the events before it only boots.
+    BoardBegins,
+    /// A simulated recording begins again: no true pose before it is used.
+    TruthBegins,
 }
 
 /// How far the run of a recording has come.
@@ -44,50 +56,126 @@ enum Run {
     Taken,
 }
 
-/// A recording in the making.
+/// Entries that are used so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    inputs: u64,
+    /// Of these the board's own, while it has not taken the configuration.
+    early: u64,
+    events: u64,
+    /// Of these boots.
+    boots: u64,
+    true_poses: u64,
+}
+
+impl Counts {
+    /// Memory that these take where they are collected, bytes.
+    fn bytes(&self) -> u64 {
+        self.inputs * size_of::<Input>() as u64
+            + self.events * size_of::<Event>() as u64
+            + self.true_poses * size_of::<(u64, Pose)>() as u64
+    }
+
+    /// Forgets all events but boots.
+    fn keep_boots(&mut self) {
+        self.events = self.boots;
+    }
+}
+
+/// Stretches without a gap between inputs.
+#[derive(Clone, Copy, Debug, Default)]
+struct Segments {
+    count: usize,
+    newest_us: Option<u64>,
+}
+
+impl Segments {
+    fn take(&mut self, stamp_us: u64) {
+        let is_new = self
+            .newest_us
+            .is_none_or(|newest_us| stamp_us.saturating_sub(newest_us) > GAP_US);
+        self.count += usize::from(is_new);
+        self.newest_us = self.newest_us.max(Some(stamp_us));
+    }
+}
+
+/// The state of the rules amid a source: memory does not depend on the source's length.
 #[derive(Debug)]
-pub(super) struct Draft {
-    recording: Recording,
+pub(super) struct Rules {
+    pub(super) format: Format,
+    pub(super) config: Option<Config>,
+    /// Without true poses, which are entries.
+    pub(super) truth: Option<GroundTruth>,
+    pub(super) refusals: Refusals,
     run: Run,
-    /// Places of the board's inputs since the configuration was given, until it is taken.
-    early: Vec<usize>,
+    passed: VecDeque<Entry>,
+    counts: Counts,
     last_of_host: [Option<(u64, Input)>; KINDS],
     last_of_board: [Option<(u64, Input)>; KINDS],
-    newest_us: Option<u64>,
-    /// Bytes that the entries may take.
+    last_true_pose: Option<(u64, Pose)>,
+    segments: Segments,
+    /// The same without the board's inputs.
+    segments_of_host: Segments,
+    /// Bytes that the entries may take where they are collected.
     room: u64,
 }
 
-impl Draft {
-    pub(super) fn new(format: Format) -> Self {
+impl Rules {
+    /// The rules at the beginning of a source whose entries may take so many bytes.
+    pub(super) fn new(format: Format, room: u64) -> Self {
         Self {
-            recording: Recording::new(format),
+            format,
+            config: None,
+            truth: None,
+            refusals: Refusals::default(),
             run: Run::Unknown,
-            early: Vec::new(),
+            passed: VecDeque::new(),
+            counts: Counts::default(),
             last_of_host: [None; KINDS],
             last_of_board: [None; KINDS],
-            newest_us: None,
-            room: MOST_BYTES,
+            last_true_pose: None,
+            segments: Segments::default(),
+            segments_of_host: Segments::default(),
+            room,
         }
     }
 
-    pub(super) fn finish(self) -> Recording {
-        self.recording
+    /// The next entry that has passed.
+    pub(super) fn pop(&mut self) -> Option<Entry> {
+        self.passed.pop_front()
+    }
+
+    /// Inputs that are used so far.
+    pub(super) fn inputs(&self) -> u64 {
+        self.counts.inputs
+    }
+
+    /// Events that are used so far.
+    pub(super) fn events(&self) -> u64 {
+        self.counts.events
+    }
+
+    /// Stretches without a gap of more than a second between the inputs so far.
+    pub(super) fn segments(&self) -> usize {
+        self.segments.count
     }
 
     pub(super) fn refuse(&mut self, place: Place, reason: Reason, text: impl Display) {
-        self.recording.refusals.add(place, reason, text);
+        self.refusals.add(place, reason, text);
     }
 
     /// Whether a configuration or an input was taken: what a simulator writes in front of
     /// them then belongs to another run.
     pub(super) fn has_begun(&self) -> bool {
-        self.run != Run::Unknown || !self.recording.inputs.is_empty()
+        self.run != Run::Unknown || self.counts.inputs > 0
     }
 
     /// Forgets the truth so far: it belongs to a recording that ended before it began.
     pub(super) fn forget_truth(&mut self, place: Place) {
-        self.recording.truth = None;
+        self.truth = None;
+        self.last_true_pose = None;
+        self.counts.true_poses = 0;
+        self.passed.push_back(Entry::TruthBegins);
         let text = "a simulated recording begins again: the truth before it is not used";
         self.refuse(place, Reason::Forgotten, text);
     }
@@ -104,7 +192,7 @@ impl Draft {
             Input::Configure(config) => return self.take_config(place, sender, config),
             Input::Limit { .. } => {
                 self.make_room(place)?;
-                self.recording.inputs.push(input);
+                self.pass_input(Sender::Host, input);
                 return ControlFlow::Continue(());
             }
             Input::Proximity { stamp_us, .. } => (0, stamp_us),
@@ -130,12 +218,18 @@ impl Draft {
         if let Some(last) = self.last_of(sender).get_mut(kind) {
             *last = Some((stamp_us, input));
         }
-        self.count_segment(stamp_us);
-        if self.run != Run::Taken && sender == Sender::Board {
-            self.early.push(self.recording.inputs.len());
+        self.segments.take(stamp_us);
+        match sender {
+            Sender::Host => self.segments_of_host.take(stamp_us),
+            Sender::Board => self.counts.early += u64::from(self.run != Run::Taken),
         }
-        self.recording.inputs.push(input);
+        self.pass_input(sender, input);
         ControlFlow::Continue(())
+    }
+
+    fn pass_input(&mut self, sender: Sender, input: Input) {
+        self.counts.inputs += 1;
+        self.passed.push_back(Entry::Input(sender, input));
     }
 
     /// Takes the first legal configuration; what was before it is forgotten, as a node does.
@@ -149,27 +243,25 @@ impl Draft {
         if (self.run, sender) == (Run::Given(Sender::Host), Sender::Board) {
             return ControlFlow::Continue(());
         }
-        let recording = &mut self.recording;
-        if recording.config.is_some() {
+        if self.config.is_some() {
             let text = "a second configuration: what follows is another run";
             self.refuse(place, Reason::SecondRun, text);
             return ControlFlow::Break(());
         }
-        recording.config = Some(config);
+        self.config = Some(config);
         self.run = Run::Given(sender);
-        self.early.clear();
-        if recording.inputs.is_empty() {
+        let forgotten = self.counts.inputs;
+        if forgotten == 0 {
             return ControlFlow::Continue(());
         }
-        let forgotten = recording.inputs.len();
-        recording.inputs.clear();
-        recording
-            .events
-            .retain(|event| matches!(event, Event::Boot(_)));
-        recording.segments = 0;
+        self.counts.inputs = 0;
+        self.counts.early = 0;
+        self.counts.keep_boots();
+        self.segments = Segments::default();
+        self.segments_of_host = Segments::default();
         self.last_of_host = [None; KINDS];
         self.last_of_board = [None; KINDS];
-        self.newest_us = None;
+        self.passed.push_back(Entry::Configuration);
         self.refuse(
             place,
             Reason::Forgotten,
@@ -183,7 +275,7 @@ impl Draft {
         self.make_room(place)?;
         if let Event::Configured(config) = event {
             match self.run {
-                Run::Given(_) if self.recording.config == Some(config) => self.begin_run(place),
+                Run::Given(_) if self.config == Some(config) => self.begin_run(place),
                 // Of the run before, or of one whose beginning is not here.
                 Run::Given(Sender::Host) | Run::Unknown => {}
                 Run::Given(Sender::Board) | Run::Taken => {
@@ -193,36 +285,24 @@ impl Draft {
                 }
             }
         }
-        self.recording.events.push(event);
+        self.counts.events += 1;
+        self.counts.boots += u64::from(matches!(event, Event::Boot(_)));
+        self.passed.push_back(Entry::Event(event));
         ControlFlow::Continue(())
     }
 
-    /// The board takes the configuration: what it said and read before is of another run.
+    /// The board takes the configuration: its events and inputs before are of another run.
     fn begin_run(&mut self, place: Place) {
         self.run = Run::Taken;
         self.last_of_board = [None; KINDS];
-        let recording = &mut self.recording;
-        recording
-            .events
-            .retain(|event| matches!(event, Event::Boot(_)));
-        let early = std::mem::take(&mut self.early);
-        if early.is_empty() {
+        self.counts.keep_boots();
+        self.passed.push_back(Entry::BoardBegins);
+        let forgotten = std::mem::take(&mut self.counts.early);
+        if forgotten == 0 {
             return;
         }
-        let mut number = 0;
-        recording.inputs.retain(|_| {
-            number += 1;
-            early.binary_search(&(number - 1)).is_err()
-        });
-        recording.segments = 0;
-        self.newest_us = None;
-        for place in 0..self.recording.inputs.len() {
-            let stamp_us = self.recording.inputs.get(place).and_then(stamp_of);
-            stamp_us
-                .into_iter()
-                .for_each(|stamp_us| self.count_segment(stamp_us));
-        }
-        let forgotten = early.len();
+        self.counts.inputs -= forgotten;
+        self.segments = self.segments_of_host;
         self.refuse(
             place,
             Reason::Forgotten,
@@ -238,8 +318,8 @@ impl Draft {
         pose: Pose,
     ) -> ControlFlow<()> {
         self.make_room(place)?;
-        let last = self.truth().poses.last().copied();
-        match last {
+        self.truth();
+        match self.last_true_pose {
             _ if !pose.is_finite() => {
                 self.refuse(place, Reason::NotFinite, "a number is not finite");
             }
@@ -249,16 +329,18 @@ impl Draft {
             Some((last_us, _)) if stamp_us < last_us => {
                 self.refuse_backward(place, stamp_us, last_us);
             }
-            _ => self.truth().poses.push((stamp_us, pose)),
+            _ => {
+                self.last_true_pose = Some((stamp_us, pose));
+                self.counts.true_poses += 1;
+                self.passed.push_back(Entry::TruePose(stamp_us, pose));
+            }
         }
         ControlFlow::Continue(())
     }
 
     /// The ground truth, which from now on the recording has.
     pub(super) fn truth(&mut self) -> &mut GroundTruth {
-        self.recording
-            .truth
-            .get_or_insert_with(GroundTruth::default)
+        self.truth.get_or_insert_with(GroundTruth::default)
     }
 
     /// The last inputs of a sender, by kind.
@@ -277,21 +359,8 @@ impl Draft {
         );
     }
 
-    fn count_segment(&mut self, stamp_us: u64) {
-        let is_new = self
-            .newest_us
-            .is_none_or(|newest_us| stamp_us.saturating_sub(newest_us) > GAP_US);
-        self.recording.segments += usize::from(is_new);
-        self.newest_us = self.newest_us.max(Some(stamp_us));
-    }
-
     fn make_room(&mut self, place: Place) -> ControlFlow<()> {
-        let recording = &self.recording;
-        let poses = recording.truth.as_ref().map(|truth| &*truth.poses);
-        let taken = size_of_val(&*recording.inputs)
-            + size_of_val(&*recording.events)
-            + size_of_val(poses.unwrap_or_default());
-        if (taken as u64) < self.room {
+        if self.counts.bytes() < self.room {
             return ControlFlow::Continue(());
         }
         let text = format!(
@@ -300,16 +369,6 @@ impl Draft {
         );
         self.refuse(place, Reason::Full, text);
         ControlFlow::Break(())
-    }
-}
-
-fn stamp_of(input: &Input) -> Option<u64> {
-    match *input {
-        Input::Hello | Input::Configure(_) | Input::Calibrate | Input::Limit { .. } => None,
-        Input::Proximity { stamp_us, .. }
-        | Input::Odometry { stamp_us, .. }
-        | Input::Wheels { stamp_us, .. }
-        | Input::Tick { stamp_us } => Some(stamp_us),
     }
 }
 
@@ -335,58 +394,45 @@ mod tests {
 
     #[test]
     fn endless_inputs_end_at_the_cap() {
-        let mut draft = Draft::new(Format::Stream);
-        draft.room = 3 * size_of::<Input>() as u64;
+        let mut rules = Rules::new(Format::Stream, 3 * size_of::<Input>() as u64);
         for stamp_us in 0..3 {
             assert!(
-                draft
+                rules
                     .take_input(HERE, Sender::Host, tick(stamp_us))
                     .is_continue()
             );
         }
-        assert!(draft.take_input(HERE, Sender::Host, tick(3)).is_break());
-        let recording = draft.finish();
-        assert_eq!(recording.inputs.len(), 3);
-        assert_eq!(recording.refusals.count_of(Reason::Full), 1);
-    }
-
-    #[test]
-    fn events_of_an_hour_of_driving_are_not_cut() {
-        const EVENTS: u64 = 6_100_000;
-        assert!(EVENTS * size_of::<Event>() as u64 <= MOST_BYTES);
-    }
-
-    #[test]
-    fn entry_is_as_small_as_the_cap_assumes() {
-        assert!(size_of::<Input>() <= 128, "{}", size_of::<Input>());
-        assert!(size_of::<Event>() <= 128, "{}", size_of::<Event>());
+        assert!(rules.take_input(HERE, Sender::Host, tick(3)).is_break());
+        assert_eq!(rules.inputs(), 3);
+        assert_eq!(rules.refusals.count_of(Reason::Full), 1);
     }
 
     #[test]
     fn configuration_after_inputs_begins_the_run() {
-        let mut draft = Draft::new(Format::Stream);
+        let mut rules = Rules::new(Format::Stream, u64::MAX);
         let config = Config::default();
         assert!(
-            draft
+            rules
                 .take_input(HERE, Sender::Host, tick(9_000_000))
                 .is_continue()
         );
         assert!(
-            draft
+            rules
                 .take_input(HERE, Sender::Host, Input::Configure(config))
                 .is_continue()
         );
-        assert!(draft.take_input(HERE, Sender::Host, tick(5)).is_continue());
+        assert!(rules.take_input(HERE, Sender::Host, tick(5)).is_continue());
         assert!(
-            draft
+            rules
                 .take_input(HERE, Sender::Host, Input::Configure(config))
                 .is_break()
         );
-        let recording = draft.finish();
-        assert_eq!(recording.config, Some(config));
-        assert_eq!(recording.inputs, [tick(5)]);
-        assert_eq!(recording.segments, 1);
-        assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
-        assert_eq!(recording.refusals.count_of(Reason::SecondRun), 1);
+        assert_eq!(rules.config, Some(config));
+        let passed: Vec<_> = std::iter::from_fn(|| rules.pop()).collect();
+        let input = |stamp_us| Entry::Input(Sender::Host, tick(stamp_us));
+        assert_eq!(passed, [input(9_000_000), Entry::Configuration, input(5)]);
+        assert_eq!((rules.inputs(), rules.segments()), (1, 1));
+        assert_eq!(rules.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(rules.refusals.count_of(Reason::SecondRun), 1);
     }
 }
