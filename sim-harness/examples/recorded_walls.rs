@@ -7,9 +7,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
-use sim_harness::output;
+use sim_harness::{console, output};
 
 /// Judges the maps of recorded drives along walls of known place.
 #[derive(Debug, Parser)]

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::calibration::{Fixed, Table, fit};
-use sim_harness::console;
-use sim_harness::output;
 use sim_harness::report::fit_chart;
+use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
 

@@ -5,17 +5,14 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
-use sim_harness::console;
 use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::mapping::{AllFreeMapper, Mapper};
-use sim_harness::output;
 use sim_harness::report::{CellWindow, Picture, beside};
 use sim_harness::world::{Scenario, simulate};
-use sim_harness::{Survey, run};
+use sim_harness::{Survey, console, output, run};
 
 use super::footprint::FootprintSwitch;
-use super::{Ending, Outcome};
-use super::{arguments, report};
+use super::{Ending, Outcome, arguments, report};
 
 /// The drive-by, in the program itself: the demo needs no file.
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
@@ -48,7 +45,7 @@ impl Demo {
             surveys.push((name, survey));
         }
         if let Some((_, survey)) = surveys.first() {
-            let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+            let map = AllFreeMapper::new(scenario.cell_m, Some(&scenario.extent)).map();
             let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
             report.push(format!("{:>8}  {scores}", "all-free"));
         }
@@ -93,7 +90,7 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::with_footprint(scenario.cell_m, self.footprint.radius_m(&config));
+        let mut survey = Survey::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

@@ -12,11 +12,10 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
-use sim_harness::console;
-use sim_harness::evaluation::{Claim, Claims, Comparison, Method, Over, Trial, Verdict, json};
-use sim_harness::output;
+use sim_harness::evaluation::{Claim, Claims, Comparison, Over, Trial, Verdict, json};
+use sim_harness::mapping::Method;
 use sim_harness::world::{Odometry, Options, Physics, STANDARD, Scenario, simulate_with, standard};
-use sim_harness::{RunError, check};
+use sim_harness::{RunError, check, console, output};
 
 use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome, arguments, evaluate_report};

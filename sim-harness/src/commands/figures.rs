@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use sim_harness::console;
-use sim_harness::output;
 use sim_harness::report::{PaperFigure, page};
+use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
 

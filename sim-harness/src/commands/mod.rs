@@ -15,6 +15,7 @@ mod offsets;
 mod parts;
 mod record;
 mod replay;
+mod replayed;
 mod report;
 mod settings;
 mod simulate;

@@ -3,7 +3,8 @@
 use core::fmt;
 
 use super::comparison::Trial;
-use super::{Method, Metric, Number, Trials};
+use super::{Metric, Number, Trials};
+use crate::mapping::Method;
 
 /// A bound on a metric of a method's maps.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +24,7 @@ pub struct Claim {
 }
 
 /// How the values of the seeds are combined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
     /// Their mean.
     Mean,
@@ -148,7 +149,7 @@ mod tests {
     fn verdict(measured: Option<f64>, relation: Relation) -> Verdict {
         let claim = Claim {
             scenario: "msod".to_owned(),
-            method: Method::Paper,
+            method: Method::PAPER,
             metric: Metric::Oe,
             over: Over::Mean,
             relation,

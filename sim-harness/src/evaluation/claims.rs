@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::{Claim, Method, Metric, Over, Relation};
+use super::{Claim, Metric, Over, Relation};
+use crate::mapping::Method;
 
 /// The file, in the program itself: `evaluate --check` works in any folder.
 const TEXT: &str = include_str!("../../../scenarios/claims.toml");
@@ -154,7 +155,7 @@ mod tests {
         for claim in claims.paper.iter().chain(&claims.thresholds) {
             assert!(standard(&claim.scenario).is_some(), "{claim:?}");
         }
-        let bound = claims.threshold("msod", Method::Paper, Metric::Oe);
+        let bound = claims.threshold("msod", Method::PAPER, Metric::Oe);
         assert_eq!(bound, Some(0.035));
     }
 

@@ -1,7 +1,8 @@
 //! Trials, looked at by scenario and method.
 
 use super::comparison::Trial;
-use super::{MeanStd, Method, Metric};
+use super::{MeanStd, Metric};
+use crate::mapping::Method;
 
 /// The trials of one method in one scenario, by seed.
 #[derive(Clone, Debug)]

@@ -1,19 +1,19 @@
 //! Figure 5: the particles of two steps counted into a map, and the usual map beside it.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 
 use super::figure_4::{REJECTED, SURVIVED};
 use super::one_sensor;
 use super::page_section::{PageSection, Panel};
 use super::two_steps::{self, Cloud, Step};
-use crate::mapping::{
-    Cell, CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper,
-};
+use crate::drive::FilterRecords;
+use crate::lattice::Cell;
+use crate::mapping::{CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper};
 use crate::report::cell_window::CellWindow;
 use crate::report::chart::{Axis, Chart, Mark};
 use crate::report::map_picture::MapPicture;
 use crate::report::picture::Picture;
+use crate::rig::Rig;
 
 /// Name of the figure and of its files.
 const NAME: &str = "figure-5";
@@ -86,21 +86,23 @@ fn scatter(steps: &[Step], part: &str, title: &str) -> Panel {
 }
 
 fn counted(steps: &[Step]) -> Map {
-    let mut mapper = CountingMapper::new(CELL_M);
-    for step in steps {
-        mapper.begin_step(&step.begun);
-        mapper.count(&step.outcomes);
+    mapped(CountingMapper::new(CELL_M), steps)
+}
+
+fn mapped(mut mapper: impl Mapper, steps: &[Step]) -> Map {
+    let config = one_sensor::config(Profile::Paper);
+    let mut records = FilterRecords::new(config.photometry);
+    for event in steps.iter().flat_map(Step::events) {
+        records.translate(&event, &mut |record| mapper.take(record));
     }
     mapper.map()
 }
 
 fn inverse_sensor_map(steps: &[Step]) -> Map {
     let config = one_sensor::config(Profile::Paper);
-    let mut mapper = InverseSensorMapper::new(CELL_M, &config, InverseSensorParameters::STANDARD);
-    for step in steps {
-        mapper.take(&Event::StepBegun(step.begun));
-    }
-    mapper.map()
+    let parameters = InverseSensorParameters::STANDARD;
+    let mapper = InverseSensorMapper::new(CELL_M, &Rig::from(&config), parameters);
+    mapped(mapper, steps)
 }
 
 fn picture(title: &str, map: &Map, steps: &[Step]) -> Picture {

@@ -6,7 +6,8 @@ use super::FigureError;
 use super::page_section::{PageSection, PageTable, Panel, Row};
 use super::scenario_maps::{Conditions, paper_name};
 use super::scores::{COLUMNS, COVERAGE, OE, OE_PLAIN, RECALL, Score, TPR, judged, percent};
-use crate::evaluation::{Method, Scores};
+use crate::evaluation::Scores;
+use crate::mapping::Method;
 use crate::report::chart::{Axis, Chart, Mark};
 use crate::report::picture::{Colour, beside};
 use crate::world::standard_scenarios;
@@ -41,10 +42,10 @@ const WHISKER: Colour = [40, 40, 40];
 
 /// The methods with their names and colours.
 const METHODS: [(Method, &str, Colour); 4] = [
-    (Method::IsmStandard, "ISM standard", [170, 170, 170]),
-    (Method::IsmTuned, "ISM tuned", [110, 110, 110]),
-    (Method::Paper, "paper", [230, 140, 30]),
-    (Method::Plus, "plus", [30, 110, 200]),
+    (Method::ISM_STANDARD, "ISM standard", [170, 170, 170]),
+    (Method::ISM_TUNED, "ISM tuned", [110, 110, 110]),
+    (Method::PAPER, "paper", [230, 140, 30]),
+    (Method::PLUS, "plus", [30, 110, 200]),
 ];
 
 /// A scenario's name, and the scores of each method, one per seed.

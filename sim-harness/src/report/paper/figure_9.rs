@@ -1,12 +1,11 @@
 //! Figure 9: maps of the five scenarios, and of the T junction half way.
 
-use amiro_ipf::geometry::Pose;
-
 use super::FigureError;
 use super::page_section::{PageSection, Panel, Row};
 use super::scenario_maps::{Conditions, ScenarioMaps, paper_name};
-use crate::evaluation::{Method, Scores, Truth};
-use crate::mapping::{Map, Occupancy};
+use crate::evaluation::{Scores, Truth};
+use crate::geometry::Pose2;
+use crate::mapping::{Map, Method, Occupancy};
 use crate::report::cell_window::CellWindow;
 use crate::report::map_picture::{MapPicture, outlines};
 use crate::report::picture::{Picture, beside};
@@ -26,31 +25,31 @@ type Wanted = (&'static str, &'static str, Method);
 
 const SINGLE: &[Wanted] = &maps("a", "b", "b-plus");
 const RING: &[Wanted] = &[
-    ("c", "ISM, limit as object", Method::IsmStandardObject),
+    ("c", "ISM, limit as object", Method::ISM_STANDARD_OBJECT),
     (
         "c-dropped",
         "ISM, limit dropped",
-        Method::IsmStandardDropped,
+        Method::ISM_STANDARD_DROPPED,
     ),
-    ("d", "ISM, limit drawn free", Method::IsmStandard),
-    ("e", "paper", Method::Paper),
-    ("e-plus", "plus", Method::Plus),
+    ("d", "ISM, limit drawn free", Method::ISM_STANDARD),
+    ("e", "paper", Method::PAPER),
+    ("e-plus", "plus", Method::PLUS),
 ];
 const DRIVE_BY: &[Wanted] = &maps("f", "g", "g-plus");
 const L_MAZE: &[Wanted] = &maps("h", "i", "i-plus");
 const T_MAZE: &[Wanted] = &maps("j", "k", "k-plus");
 const HALF_WAY: &[Wanted] = &[
-    ("l", "ISM standard", Method::IsmStandard),
-    ("m", "paper", Method::Paper),
-    ("m-plus", "plus", Method::Plus),
-    ("l-tuned", "ISM tuned", Method::IsmTuned),
+    ("l", "ISM standard", Method::ISM_STANDARD),
+    ("m", "paper", Method::PAPER),
+    ("m-plus", "plus", Method::PLUS),
+    ("l-tuned", "ISM tuned", Method::ISM_TUNED),
 ];
 
 const fn maps(ism: &'static str, paper: &'static str, plus: &'static str) -> [Wanted; 3] {
     [
-        (ism, "ISM standard", Method::IsmStandard),
-        (paper, "paper", Method::Paper),
-        (plus, "plus", Method::Plus),
+        (ism, "ISM standard", Method::ISM_STANDARD),
+        (paper, "paper", Method::PAPER),
+        (plus, "plus", Method::PLUS),
     ]
 }
 
@@ -178,7 +177,7 @@ fn closed_cells(scenario: &Scenario, map: &Map) -> usize {
         openings.any(|opening| opening.rectangle.contains(Vector::new(x, y)))
     };
     map.iter()
-        .filter(|(_, p_occ)| Occupancy::of(**p_occ) == Occupancy::Occupied)
+        .filter(|(_, p_occ)| p_occ.occupancy() == Occupancy::Occupied)
         .filter(|(cell, _)| is_closed(map.centre(*cell)))
         .count()
 }
@@ -186,15 +185,13 @@ fn closed_cells(scenario: &Scenario, map: &Map) -> usize {
 fn picture(
     title: &str,
     map: &Map,
-    poses: &[Pose],
+    poses: &[Pose2],
     outlines: &[Vec<(f64, f64)>],
     window: Option<CellWindow>,
 ) -> Picture {
     let positions = poses.iter().map(|pose| pose.position);
-    let path: Vec<_> = positions
-        .map(|at| (f64::from(at.x), f64::from(at.y)))
-        .collect();
-    let heading = poses.last().map(|pose| f64::from(pose.heading.radians()));
+    let path: Vec<_> = positions.map(|at| (at.x, at.y)).collect();
+    let heading = poses.last().map(Pose2::heading_rad);
     MapPicture {
         title: Some(title),
         path: &path,

@@ -6,7 +6,8 @@ use super::FigureError;
 use super::page_section::{PageSection, PageTable, Panel, Row};
 use super::scenario_maps::Conditions;
 use super::scores::{COLUMNS, COVERAGE, OE, RECALL, Score, judged, percent};
-use crate::evaluation::{Method, Scores};
+use crate::evaluation::Scores;
+use crate::mapping::Method;
 use crate::report::chart::{Axis, Chart, Mark};
 use crate::report::picture::Colour;
 use crate::world::{Options, standard_scenarios};
@@ -22,7 +23,7 @@ const PLOT_PX: (usize, usize) = (316, 260);
 
 /// The scenarios that are driven, each mapped by both filters.
 const SCENARIOS: [&str; 2] = ["msod", "msm_l"];
-const FILTERS: [Method; 2] = [Method::Paper, Method::Plus];
+const FILTERS: [Method; 2] = [Method::PAPER, Method::PLUS];
 
 /// Names and colours of the curves: filters within scenarios.
 const CURVES: [(&str, Colour); SCENARIOS.len() * FILTERS.len()] = [

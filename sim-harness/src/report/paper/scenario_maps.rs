@@ -1,13 +1,14 @@
 //! A drive through one of the paper's scenarios, mapped by several methods.
 
-use amiro_ipf::event::Event;
+use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::geometry::Pose;
 
 use super::FigureError;
-use crate::evaluation::Method;
-use crate::mapping::Map;
-use crate::run;
+use crate::drive::Record;
+use crate::geometry::Pose2;
+use crate::mapping::{Map, Mapper, Method, Setup};
+use crate::pipeline;
+use crate::rig::Rig;
 use crate::world::{Options, Scenario, simulate_with};
 
 /// Rounding of positions that is allowed for in travelled distances, metres.
@@ -39,6 +40,19 @@ impl Conditions {
             gate: None,
         }
     }
+
+    /// What the filter of a method is configured with.
+    fn config(&self, scenario: &Scenario, method: &Method) -> Config {
+        let mut config = scenario.config(method.profile().unwrap_or(Profile::Paper));
+        config.seed = self.seed;
+        if let Some(particles) = self.particles {
+            config.particles_per_sensor = particles;
+        }
+        if let Some(gate) = self.gate {
+            config.parameters.gate = gate;
+        }
+        config
+    }
 }
 
 /// Maps of one drive.
@@ -47,7 +61,7 @@ pub(super) struct ScenarioMaps {
     /// The maps, one per method in the order of the methods.
     pub(super) maps: Vec<Map>,
     /// The robot's pose at each step that was not ignored.
-    pub(super) poses: Vec<Pose>,
+    pub(super) poses: Vec<Pose2>,
 }
 
 /// The name of a scenario in the paper.
@@ -69,52 +83,33 @@ impl ScenarioMaps {
         conditions: &Conditions,
     ) -> Result<Self, FigureError> {
         let simulation = simulate_with(scenario, conditions.seed, &conditions.options);
-        let mut maps = vec![None; methods.len()];
         let mut poses = Vec::new();
-        for profile in [Profile::Paper, Profile::Plus] {
-            let mut config = scenario.config(profile);
-            config.seed = conditions.seed;
-            if let Some(particles) = conditions.particles {
-                config.particles_per_sensor = particles;
-            }
-            if let Some(gate) = conditions.gate {
-                config.parameters.gate = gate;
-            }
-            // The inverse sensor model needs only the steps, the same in every run.
-            let profile_of = |method: &Method| method.profile().unwrap_or(Profile::Paper);
-            let mut mappers: Vec<_> = methods
-                .iter()
-                .zip(&mut maps)
-                .filter(|(method, _)| profile_of(method) == profile)
-                .map(|(method, map)| (method.mapper(scenario, &config), map))
-                .collect();
-            if mappers.is_empty() {
-                continue;
-            }
+        let maps = methods.iter().map(|method| {
+            let config = conditions.config(scenario, method);
+            let mut mapper = method.mapper(&Setup {
+                rig: &Rig::from(&config),
+                cell_m: scenario.cell_m,
+                footprint: false,
+                extent: Some(scenario.extent),
+            });
             let mut travel = Travel::new(conditions.until_m);
-            run(&config, &simulation.inputs, |event| {
-                if travel.includes(event) {
-                    for (mapper, _) in &mut mappers {
-                        mapper.take(event);
-                    }
+            pipeline::records(method, &config, &simulation.inputs, &mut |record| {
+                if travel.includes(record) {
+                    mapper.take(record);
                 }
             })?;
-            for (mapper, map) in mappers {
-                *map = Some(mapper.map());
-            }
             poses = travel.poses;
-        }
-        Ok(Self {
-            maps: maps.into_iter().flatten().collect(),
-            poses,
-        })
+            Ok(mapper.map())
+        });
+        let maps = maps.collect::<Result<_, FigureError>>()?;
+        Ok(Self { maps, poses })
     }
 }
 
 /// The path so far, up to a distance.
 struct Travel {
     left_m: f64,
-    poses: Vec<Pose>,
+    poses: Vec<Pose2>,
 }
 
 impl Travel {
@@ -125,13 +120,16 @@ impl Travel {
         }
     }
 
-    /// Whether an event lies within the distance.
-    fn includes(&mut self, event: &Event) -> bool {
-        if let Event::StepBegun(step) = event {
-            let last = self.poses.last().unwrap_or(&step.pose);
-            self.left_m -= f64::from(last.motion_to(&step.pose).displacement.norm());
+    /// Whether a record lies within the distance.
+    fn includes(&mut self, record: &Record) -> bool {
+        if let Record::Pose {
+            world_from_body, ..
+        } = record
+        {
+            let last = self.poses.last().unwrap_or(world_from_body);
+            self.left_m -= (world_from_body.position - last.position).norm();
             if self.left_m >= 0.0 {
-                self.poses.push(step.pose);
+                self.poses.push(*world_from_body);
             }
         }
         self.left_m >= 0.0
@@ -153,7 +151,7 @@ mod tests {
             particles: Some(20),
             ..Conditions::seeded(1)
         };
-        let drive = ScenarioMaps::new(scenario, &[Method::Plus], &conditions).unwrap();
+        let drive = ScenarioMaps::new(scenario, &[Method::PLUS], &conditions).unwrap();
         let end = drive.poses.last().unwrap();
         // The drive begins at y = -430 mm, a step is 10 mm.
         assert!((-0.0101..1e-5).contains(&end.position.y), "{end:?}");

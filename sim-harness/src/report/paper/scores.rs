@@ -2,7 +2,8 @@
 
 use super::FigureError;
 use super::scenario_maps::{Conditions, ScenarioMaps};
-use crate::evaluation::{MeanStd, Method, Scores, Truth};
+use crate::evaluation::{MeanStd, Scores, Truth};
+use crate::mapping::Method;
 use crate::world::Scenario;
 
 /// A score with the name of its column.
@@ -60,11 +61,10 @@ pub(super) fn percent(scores: &[Scores], (_, value): Score) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
 
     #[test]
     fn undefined_scores_do_not_count() {
-        let map = Grid::new(0.01, 0.5);
+        let map = crate::mapping::Map::unknown(0.01);
         let scenario = crate::world::standard("ssso").unwrap().unwrap();
         let undefined = Scores::of(&map, &Truth::of(&scenario, &[]));
         let with = |oe| Scores { oe, ..undefined };
