@@ -7,7 +7,7 @@ use amiro_ipf::sensor::Lobe;
 
 use crate::geometry::Pose2;
 use crate::lattice::{Cell, Lattice};
-use crate::world::{Eye, Rectangle, Scenario, Shape, Vector, first_surface};
+use crate::world::{Rectangle, Scenario, SensorPose, Shape, Vector, first_surface};
 
 /// Distance between places on outlines, metres.
 const OUTLINE_SPACING_M: f64 = 0.005;
@@ -120,7 +120,7 @@ struct Witness<'s> {
     /// The outline places of each shape that were not seen so far.
     hidden: Vec<Vec<Vector>>,
     centre: Vector,
-    eyes: Vec<Eye>,
+    sensor_poses: Vec<SensorPose>,
     near: Vec<Shape>,
 }
 
@@ -137,7 +137,7 @@ impl<'s> Witness<'s> {
             hidden: scenario.shapes.iter().map(outline).collect(),
             config,
             centre: Vector::default(),
-            eyes: Vec::new(),
+            sensor_poses: Vec::new(),
             near: Vec::new(),
         }
     }
@@ -153,19 +153,19 @@ impl<'s> Witness<'s> {
 
     fn stand_at(&mut self, pose: &Pose2) {
         self.centre = pose.position;
-        self.eyes = Eye::at(&self.config.ring, self.config.sensors, *pose).collect();
+        self.sensor_poses = SensorPose::at(&self.config.ring, self.config.sensors, *pose).collect();
         let shapes = self.scenario.shapes.iter().copied();
         self.near = shapes.filter(|shape| self.is_near(shape)).collect();
     }
 
     fn sees(&self, place: Vector) -> bool {
-        self.eyes.iter().any(|eye| {
-            let way = place - eye.position;
+        self.sensor_poses.iter().any(|sensor_pose| {
+            let way = place - sensor_pose.position;
             let distance_m = way.norm();
             if distance_m > self.seen_m || distance_m < HIDDEN_M {
                 return false;
             }
-            let sensor = way.turned(eye.axis.inverse());
+            let sensor = way.turned(sensor_pose.axis.inverse());
             if sensor.y.abs() > f64::from(self.lobe.tangent_max()) * sensor.x {
                 return false;
             }
@@ -174,7 +174,7 @@ impl<'s> Witness<'s> {
                 return false;
             }
             let direction = way.scaled(1.0 / distance_m);
-            first_surface(&self.near, eye.position, direction)
+            first_surface(&self.near, sensor_pose.position, direction)
                 .is_none_or(|(first_m, _)| first_m >= distance_m - HIDDEN_M)
         })
     }

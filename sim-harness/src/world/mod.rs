@@ -1,11 +1,10 @@
-//! Simulated worlds: scenario files, drives through them, and what the sensors read there.
+//! Simulated worlds: scenario files, drives through them, and the sensors' readings there.
 
 mod amiro_odometry;
 mod bounded;
 mod drift;
 mod drive;
 mod dropout;
-mod eye;
 mod feasibility;
 mod leg;
 mod odometry;
@@ -18,6 +17,7 @@ mod scenario_error;
 mod scenario_file;
 mod scenario_limits;
 mod sensing;
+mod sensor_pose;
 mod shape;
 mod simulate;
 mod standard;
@@ -28,7 +28,6 @@ pub use amiro_odometry::{FRAME_PERIOD_US, UPDATE_PERIOD_US};
 pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
 pub use dropout::Dropout;
-pub use eye::{Eye, first_surface};
 pub use feasibility::Allowance;
 pub use leg::{Leg, TURN_DEG_PER_S};
 pub use odometry::Odometry;
@@ -38,6 +37,7 @@ pub use options::{Options, OptionsError};
 pub use scenario::Scenario;
 pub use scenario_error::ScenarioError;
 pub use sensing::Sensing;
+pub use sensor_pose::{SensorPose, first_surface};
 pub use shape::Shape;
 pub use simulate::{Simulation, simulate, simulate_with};
 pub use standard::{STANDARD, standard, standard_scenarios};

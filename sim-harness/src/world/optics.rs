@@ -8,7 +8,7 @@ use std::str::FromStr;
 
 use amiro_ipf::sensor::Photometry;
 
-use super::{Eye, OptionsError, Shape, first_surface};
+use super::{OptionsError, SensorPose, Shape, first_surface};
 use crate::geometry::Turn;
 
 /// Rays per sensor: one per degree over +-60 degrees.
@@ -109,22 +109,22 @@ impl Optics {
         optics
     }
 
-    /// Counts above beta of all that the eye sees; 0 for nothing.
-    pub(super) fn signal(&self, shapes: &[Shape], eye: &Eye) -> f64 {
+    /// Counts above beta of all visible surfaces; 0 for none.
+    pub(super) fn signal(&self, shapes: &[Shape], sensor_pose: &SensorPose) -> f64 {
         let returns = self
             .rays
             .iter()
-            .filter_map(|ray| self.along(ray, shapes, eye));
+            .filter_map(|ray| self.along(ray, shapes, sensor_pose));
         match self.physics {
             Physics::Matched => returns.fold(0.0, f64::max),
             Physics::Patch => returns.fold(0.0, |sum, counts| sum + counts),
         }
     }
 
-    /// Counts that return along a ray; `None` where it meets nothing.
-    fn along(&self, ray: &Ray, shapes: &[Shape], eye: &Eye) -> Option<f64> {
-        let direction = ray.bearing.after(eye.axis).direction();
-        let (distance, shape) = first_surface(shapes, eye.position, direction)?;
+    /// Counts of the return along a ray; `None` without a surface on it.
+    fn along(&self, ray: &Ray, shapes: &[Shape], sensor_pose: &SensorPose) -> Option<f64> {
+        let direction = ray.bearing.after(sensor_pose.axis).direction();
+        let (distance, shape) = first_surface(shapes, sensor_pose.position, direction)?;
         let denominator = distance * distance / ray.directivity - self.delta_m2;
         // At contact the law ends and the register is full.
         if denominator <= 0.0 {
@@ -134,7 +134,7 @@ impl Optics {
         Some(match self.physics {
             Physics::Matched => counts,
             Physics::Patch => {
-                let normal = shape.normal_at(eye.position + direction.scaled(distance));
+                let normal = shape.normal_at(sensor_pose.position + direction.scaled(distance));
                 counts * (-normal.dot(direction)).max(0.0)
             }
         })
@@ -168,12 +168,12 @@ mod tests {
 
     /// Signal above beta of a sensor at the origin that looks along x.
     fn signal_of(photometry: &Photometry, physics: Physics, tables: &str) -> f64 {
-        let eye = Eye {
+        let sensor_pose = SensorPose {
             sensor: 0,
             position: Vector::default(),
             axis: Turn::by_degrees(0.0),
         };
-        Optics::new(physics, photometry).signal(&shapes(tables), &eye)
+        Optics::new(physics, photometry).signal(&shapes(tables), &sensor_pose)
     }
 
     fn patch(tables: &str) -> f64 {

@@ -5,7 +5,7 @@ use amiro_ipf::random::{Generator, standard_normal_pair};
 use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
-use super::{Eye, Options, Physics, Scenario, Shape};
+use super::{Options, Physics, Scenario, SensorPose, Shape};
 use crate::geometry::Vector;
 
 /// Separates the world's noise from a filter with the same seed: "world" in ASCII.
@@ -120,10 +120,12 @@ impl Sensing {
         let near: Vec<Shape> = shapes.iter().filter(near).copied().collect();
         let noise = self.noise();
         let mut counts = [None; SENSORS];
-        for eye in Eye::of(&self.ring, self.used, pose) {
-            let signal = self.optics.signal(&near, &eye);
-            if let (Some(counts), Some(noise)) = (counts.get_mut(eye.sensor), noise.get(eye.sensor))
-            {
+        for sensor_pose in SensorPose::of(&self.ring, self.used, pose) {
+            let signal = self.optics.signal(&near, &sensor_pose);
+            if let (Some(counts), Some(noise)) = (
+                counts.get_mut(sensor_pose.sensor),
+                noise.get(sensor_pose.sensor),
+            ) {
                 let above_beta = signal + noise + drift_counts;
                 let raw = OFFSET + f64::from(self.photometry.beta_counts) + above_beta;
                 *counts = Some(raw.round() - OFFSET);

@@ -8,7 +8,7 @@ use crate::geometry::{Pose2, Turn, Vector};
 
 /// Position and direction of one infrared sensor in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eye {
+pub struct SensorPose {
     /// Index on the ring.
     pub sensor: usize,
     /// Its position.
@@ -17,7 +17,7 @@ pub struct Eye {
     pub axis: Turn,
 }
 
-impl Eye {
+impl SensorPose {
     /// The sensors in use of a robot at the given pose.
     pub fn of(ring: &Ring, used: SensorMask, pose: &Pose) -> impl Iterator<Item = Self> {
         Self::at(ring, used, Pose2::from(*pose))
@@ -61,14 +61,14 @@ mod tests {
     use amiro_ipf::sensor::SENSORS;
 
     #[test]
-    fn eyes_turn_with_the_robot() {
+    fn sensor_poses_turn_with_the_robot() {
         let pose = Pose::new(1.0, 2.0, core::f32::consts::FRAC_PI_2);
-        let eyes: Vec<_> = Eye::of(&Ring::AMIRO, SensorMask::ALL, &pose).collect();
-        assert_eq!(eyes.len(), SENSORS);
+        let sensor_poses: Vec<_> = SensorPose::of(&Ring::AMIRO, SensorMask::ALL, &pose).collect();
+        assert_eq!(sensor_poses.len(), SENSORS);
         // Sensor 3 looks 22.5 degrees left of forward: here 112.5 degrees.
         let direction = Turn::by_degrees(112.5).direction();
-        assert!((eyes[3].axis.direction() - direction).norm() < 1e-6);
+        assert!((sensor_poses[3].axis.direction() - direction).norm() < 1e-6);
         let place = Vector::new(1.0, 2.0) + direction.scaled(0.05);
-        assert!((eyes[3].position - place).norm() < 1e-6);
+        assert!((sensor_poses[3].position - place).norm() < 1e-6);
     }
 }

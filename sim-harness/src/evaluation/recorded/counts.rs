@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::RecordedError;
 use super::series::{Face, SIDES, Series, Station};
 use crate::calibration::{Fixed, Parameter, Table, fit};
-use crate::world::{Eye, Physics, Sensing, Turn, Vector, first_surface};
+use crate::world::{Physics, Sensing, SensorPose, Turn, Vector, first_surface};
 
 /// Counts from which on a ratio says something: four times the sensors' noise.
 const LEAST_COUNTS: f64 = 20.0;
@@ -148,19 +148,19 @@ pub(super) fn simulated(series: &Series, law: &Photometry, physics: Physics) -> 
 }
 
 /// A reading with the box's face abeam: which sensor, from where.
-fn abeam(series: &Series) -> impl Iterator<Item = (&Station, Eye)> {
+fn abeam(series: &Series) -> impl Iterator<Item = (&Station, SensorPose)> {
     series.stations.iter().flat_map(|station| {
-        Eye::of(&Ring::AMIRO, SIDES, &station.pose)
-            .filter(|eye| series.faces.iter().any(|face| is_abeam(face, eye)))
-            .map(move |eye| (station, eye))
+        SensorPose::of(&Ring::AMIRO, SIDES, &station.pose)
+            .filter(|sensor_pose| series.faces.iter().any(|face| is_abeam(face, sensor_pose)))
+            .map(move |sensor_pose| (station, sensor_pose))
     })
 }
 
 /// Whether a sensor looks at a face, within 45 degrees of its normal, from between its ends.
-fn is_abeam(face: &Face, eye: &Eye) -> bool {
+fn is_abeam(face: &Face, sensor_pose: &SensorPose) -> bool {
     let outward = Vector::new(0.0, 1.0_f64.copysign(face.near.y));
     let between = face.near.x + ABEAM_M..=face.far.x - ABEAM_M;
-    eye.axis.direction().dot(outward) > 0.7 && between.contains(&eye.position.x)
+    sensor_pose.axis.direction().dot(outward) > 0.7 && between.contains(&sensor_pose.position.x)
 }
 
 /// Alpha for which the law explains the readings abeam, everything else held: a row a
@@ -168,9 +168,14 @@ fn is_abeam(face: &Face, eye: &Eye) -> bool {
 /// touches the face.
 pub(super) fn matched_alpha(series: &Series, law: &Photometry) -> Result<f64, RecordedError> {
     let mut text = "range_m,angle_rad,counts\n".to_owned();
-    for (station, eye) in abeam(series) {
-        let sample = station.samples.get(eye.sensor).copied().and_then(number);
-        let (Some(counts), Some((range, bearing))) = (sample, strongest(series, law, &eye)) else {
+    for (station, sensor_pose) in abeam(series) {
+        let sample = station
+            .samples
+            .get(sensor_pose.sensor)
+            .copied()
+            .and_then(number);
+        let (Some(counts), Some((range, bearing))) = (sample, strongest(series, law, &sensor_pose))
+        else {
             continue;
         };
         text += &format!("{range},{bearing},{counts}\n");
@@ -183,13 +188,13 @@ pub(super) fn matched_alpha(series: &Series, law: &Photometry) -> Result<f64, Re
 }
 
 /// Range and bearing of the strongest return, as the law has it.
-fn strongest(series: &Series, law: &Photometry, eye: &Eye) -> Option<(f64, f64)> {
+fn strongest(series: &Series, law: &Photometry, sensor_pose: &SensorPose) -> Option<(f64, f64)> {
     let returns = (-60_i16..=60).filter_map(|degrees| {
         let bearing = f64::from(degrees).to_radians();
         let direction = Turn::by_degrees(f64::from(degrees))
-            .after(eye.axis)
+            .after(sensor_pose.axis)
             .direction();
-        let (range, _) = first_surface(&series.shapes, eye.position, direction)?;
+        let (range, _) = first_surface(&series.shapes, sensor_pose.position, direction)?;
         Some((
             f64::from(law.counts(range as f32, bearing as f32)?),
             range,
@@ -211,12 +216,16 @@ pub(super) fn alpha_under(series: &Series, law: &Photometry, physics: Physics) -
     let beta = f64::from(law.beta_counts);
     let (mut both, mut squares) = (0.0, 0.0);
     let all: Vec<_> = expected(series, &trial, physics).collect();
-    for (station, eye) in abeam(series) {
-        let sample = station.samples.get(eye.sensor).copied().and_then(number);
+    for (station, sensor_pose) in abeam(series) {
+        let sample = station
+            .samples
+            .get(sensor_pose.sensor)
+            .copied()
+            .and_then(number);
         let shaped = all
             .iter()
             .find(|(other, _)| std::ptr::eq(*other, station))
-            .and_then(|(_, samples)| samples.get(eye.sensor).copied().and_then(number));
+            .and_then(|(_, samples)| samples.get(sensor_pose.sensor).copied().and_then(number));
         if let (Some(counts), Some(shaped)) = (sample, shaped) {
             let share = (shaped - beta) / f64::from(TRIAL_GAIN);
             both += share * (counts - beta);
