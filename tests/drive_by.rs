@@ -1,8 +1,7 @@
 //! Whole drives past a block: simulated, filtered, mapped, scored.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::{Config, Event};
 use sim_harness::evaluation::{Scores, Truth};
 use sim_harness::mapping::CountingMapper;
 use sim_harness::run;

@@ -1,9 +1,8 @@
 //! Comparisons of whole drives, and maps that must not pass for good ones.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::node::{Config, Event};
 use sim_harness::evaluation::{
     Bounds, Comparison, Measure, Method, Over, Scores, Trials, Truth, json, standard, thresholds,
 };

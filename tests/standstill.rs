@@ -1,10 +1,8 @@
 //! A robot that stands: the filter stays off, or it finds walls in the noise.
 
-use amiro_ipf::config::{Config, StepRule};
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Event, Input, StepRule};
 use sim_harness::mapping::{CountingMapper, Map, Mapper, Occupancy};
 use sim_harness::world::{SAMPLE_PERIOD_US, Scenario, Vector, simulate};
 use sim_harness::{TICK_PERIOD_US, run, with_ticks};

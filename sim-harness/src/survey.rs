@@ -1,8 +1,8 @@
 //! What a run's events add up to: the map, the path, the counts.
 
-use amiro_ipf::event::{Event, StepBegun, StepDone};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
+use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
+use amiro_ipf::node::{Event, StepBegun, StepDone};
 use serde::Serialize;
 
 use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
@@ -85,7 +85,7 @@ impl Survey {
         self.mapper.take(event);
         match event {
             Event::StepBegun(step) => self.begin_step(step),
-            Event::BrokeOff { .. } => self.is_broken = true,
+            Event::OdometryReset { .. } => self.is_broken = true,
             Event::StepDone(done) => self.figures.add(done),
             _ => {}
         }
@@ -181,7 +181,7 @@ impl Figures {
         self.survived_past_gate += u64::from(done.past_gate);
         self.survived_below_gate += u64::from(done.below_gate);
         self.rejected_free += u64::from(done.free);
-        self.rejected_behind += u64::from(done.behind);
+        self.rejected_behind += u64::from(done.unobserved);
         self.departed += u64::from(done.departed);
         self.degenerate_steps += u64::from(done.degenerate);
         self.last_digest = Some(done.digest);
@@ -191,9 +191,9 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::event::{ParticleEvent, Particles};
     use amiro_ipf::filter::Outcome;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
+    use amiro_ipf::node::{ParticleEvent, Particles};
 
     fn step(index: u32, x: f32, y: f32) -> Event {
         Event::StepBegun(StepBegun {
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_jump_of_the_odometry_is_no_way_of_the_robot() {
-        let broke_off = Event::BrokeOff { stamp_us: 0 };
+        let broke_off = Event::OdometryReset { stamp_us: 0 };
         let figures = figures(&[
             step(0, 0.0, 0.0),
             step(1, 0.01, 0.0),

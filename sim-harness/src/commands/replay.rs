@@ -3,10 +3,8 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::Event;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Truth as TruthMessage;
+use amiro_ipf::link::{Message, Truth as TruthMessage};
+use amiro_ipf::node::{Config, Event, Input, Source, StepRule};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::console;
@@ -106,7 +104,7 @@ impl Kept {
     }
 
     fn take(&mut self, event: &Event) {
-        self.broke_off += usize::from(matches!(event, Event::BrokeOff { .. }));
+        self.broke_off += usize::from(matches!(event, Event::OdometryReset { .. }));
         if let Some(all) = &mut self.all {
             all.push(event.clone());
         }
@@ -132,8 +130,8 @@ impl Replay {
         for (text, seed) in told_faults {
             console::print(format_args!("recorded with faults: {text}, seed {seed}"));
         }
-        for event in &recording.events {
-            if let Event::PostMortem(record) = event {
+        for message in &recording.messages {
+            if let Message::PostMortem(record) = message {
                 console::print(format_args!("recorded: {}", post_mortem_in_words(record)));
             }
         }
@@ -204,8 +202,7 @@ impl Replay {
             && self.settings.are_default()
             && self.fault.parts().is_empty()
             && recording
-                .events
-                .iter()
+                .events()
                 .any(|event| matches!(event, Event::StepDone(_)));
         let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Kept::new(is_scored);
@@ -234,10 +231,7 @@ impl Replay {
         lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
         if is_recorded {
-            recording
-                .events
-                .iter()
-                .for_each(|event| comparison.meet(event));
+            recording.events().for_each(|event| comparison.meet(event));
         }
         Ok(Run {
             ran_on: "host",
@@ -288,13 +282,16 @@ impl Replay {
         let driven = drive(
             &mut board,
             &all,
-            |event| {
-                survey.take(event);
-                events.take(event);
-                comparison.meet(event);
-                if let Event::Status(status) = event {
+            |message| match message {
+                Message::Event(event) => {
+                    survey.take(event);
+                    events.take(event);
+                    comparison.meet(event);
+                }
+                Message::Status(status) => {
                     slowest_step = slowest_step.max(status.board.step_cycles_max);
                 }
+                _ => {}
             },
             |input, refused| {
                 answers.push((input, refused));
@@ -303,7 +300,7 @@ impl Replay {
         );
         bar.finish_and_clear();
         comparison.take_audit(driven?);
-        listen(&mut board, |event| comparison.meet(event))?;
+        listen(&mut board, |message| comparison.meet(message))?;
         for (input, refused) in answers {
             comparison.meet_answer(input, refused);
         }

@@ -2,9 +2,8 @@
 
 use core::ops::Range;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::{Config, Event};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 

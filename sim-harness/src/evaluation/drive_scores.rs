@@ -1,7 +1,7 @@
 //! How good the map of a drive is, at its end and on the way.
 
-use amiro_ipf::event::{Event, StepBegun};
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::node::{Event, StepBegun};
 
 use super::{OpeningScores, Scores, Truth};
 use crate::mapping::{Map, Mapper, Occupancy};
@@ -194,8 +194,8 @@ fn shows_an_object(map: &Map, truth: &Truth) -> bool {
 mod tests {
     use super::*;
     use crate::mapping::Grid;
-    use amiro_ipf::event::StepDone;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
+    use amiro_ipf::node::StepDone;
 
     /// Marks one more cell a step, from x = 0 on: the first free, the next occupied.
     struct Growing {
@@ -224,7 +224,7 @@ mod tests {
             past_gate: 0,
             below_gate: 0,
             free: 0,
-            behind: 0,
+            unobserved: 0,
             departed: 0,
             degenerate: false,
         };

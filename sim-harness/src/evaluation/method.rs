@@ -3,8 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 
 use crate::mapping::{
     AllFreeMapper, CountingMapper, InverseSensorMapper, InverseSensorParameters, Mapper, MaxRange,

@@ -3,10 +3,9 @@
 use std::fmt::Display;
 use std::ops::ControlFlow;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Event, Input};
 
 use super::{Format, GroundTruth, Place, Reason, Recording};
 
@@ -100,7 +99,6 @@ impl Draft {
         input: Input,
     ) -> ControlFlow<()> {
         let (kind, stamp_us) = match input {
-            Input::Hello | Input::Calibrate => return ControlFlow::Continue(()),
             Input::Configure(config) => return self.take_config(place, sender, config),
             Input::Limit { .. } => {
                 self.make_room(place)?;
@@ -164,8 +162,8 @@ impl Draft {
         let forgotten = recording.inputs.len();
         recording.inputs.clear();
         recording
-            .events
-            .retain(|event| matches!(event, Event::Boot(_)));
+            .messages
+            .retain(|message| matches!(message, Message::Boot(_)));
         recording.segments = 0;
         self.last_of_host = [None; KINDS];
         self.last_of_board = [None; KINDS];
@@ -179,9 +177,9 @@ impl Draft {
     }
 
     /// Takes what a board answered; breaks where another run begins.
-    pub(super) fn take_event(&mut self, place: Place, event: Event) -> ControlFlow<()> {
+    pub(super) fn take_message(&mut self, place: Place, message: Message) -> ControlFlow<()> {
         self.make_room(place)?;
-        if let Event::Configured(config) = event {
+        if let Message::Event(Event::Configured(config)) = message {
             match self.run {
                 Run::Given(_) if self.recording.config == Some(config) => self.begin_run(place),
                 // Of the run before, or of one whose beginning is not here.
@@ -193,7 +191,7 @@ impl Draft {
                 }
             }
         }
-        self.recording.events.push(event);
+        self.recording.messages.push(message);
         ControlFlow::Continue(())
     }
 
@@ -203,8 +201,8 @@ impl Draft {
         self.last_of_board = [None; KINDS];
         let recording = &mut self.recording;
         recording
-            .events
-            .retain(|event| matches!(event, Event::Boot(_)));
+            .messages
+            .retain(|message| matches!(message, Message::Boot(_)));
         let early = std::mem::take(&mut self.early);
         if early.is_empty() {
             return;
@@ -289,7 +287,7 @@ impl Draft {
         let recording = &self.recording;
         let poses = recording.truth.as_ref().map(|truth| &*truth.poses);
         let taken = size_of_val(&*recording.inputs)
-            + size_of_val(&*recording.events)
+            + size_of_val(&*recording.messages)
             + size_of_val(poses.unwrap_or_default());
         if (taken as u64) < self.room {
             return ControlFlow::Continue(());
@@ -305,7 +303,7 @@ impl Draft {
 
 fn stamp_of(input: &Input) -> Option<u64> {
     match *input {
-        Input::Hello | Input::Configure(_) | Input::Calibrate | Input::Limit { .. } => None,
+        Input::Configure(_) | Input::Limit { .. } => None,
         Input::Proximity { stamp_us, .. }
         | Input::Odometry { stamp_us, .. }
         | Input::Wheels { stamp_us, .. }
@@ -353,13 +351,13 @@ mod tests {
     #[test]
     fn events_of_an_hour_of_driving_are_not_cut() {
         const EVENTS: u64 = 6_100_000;
-        assert!(EVENTS * size_of::<Event>() as u64 <= MOST_BYTES);
+        assert!(EVENTS * size_of::<Message>() as u64 <= MOST_BYTES);
     }
 
     #[test]
     fn entry_is_as_small_as_the_cap_assumes() {
         assert!(size_of::<Input>() <= 128, "{}", size_of::<Input>());
-        assert!(size_of::<Event>() <= 128, "{}", size_of::<Event>());
+        assert!(size_of::<Message>() <= 128, "{}", size_of::<Message>());
     }
 
     #[test]

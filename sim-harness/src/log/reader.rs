@@ -47,7 +47,7 @@ fn read_named(name: &str, read: impl Read) -> Result<Recording, LogError> {
     if let Some(found) = doubt {
         return Err(source.error(None, Problem::ImplausibleUnits { found }));
     }
-    if recording.inputs.is_empty() && recording.events.is_empty() {
+    if recording.inputs.is_empty() && recording.messages.is_empty() {
         return Err(source.error(None, Problem::NothingUsable(recording.refusals)));
     }
     Ok(recording)

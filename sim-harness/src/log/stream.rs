@@ -8,7 +8,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
+use amiro_ipf::link::{Frame, MAX_FRAME, Message, Truth};
 
 use super::draft::{Draft, Sender};
 use super::sequence::{Continuity, Sequences};
@@ -150,7 +150,7 @@ fn take(
 ) -> ControlFlow<()> {
     match message {
         Message::Input(input) => draft.take_input(place, sender, input)?,
-        Message::Event(event) => draft.take_event(place, event)?,
+        Message::Hello | Message::Calibrate => {}
         Message::Truth(Truth::Pose { stamp_us, pose }) => {
             draft.take_true_pose(place, stamp_us, pose)?;
         }
@@ -162,6 +162,7 @@ fn take(
                 draft.refuse(place, Reason::Repeated, "a second seed");
             }
         }
+        message => draft.take_message(place, message)?,
     }
     ControlFlow::Continue(())
 }

@@ -1,6 +1,6 @@
 //! The map that is free everywhere: what a score is worth shows beside it.
 
-use amiro_ipf::event::Event;
+use amiro_ipf::node::Event;
 
 use super::{Grid, Map, Mapper};
 use crate::world::Rectangle;

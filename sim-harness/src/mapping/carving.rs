@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::StepBegun;
+use amiro_ipf::node::{Config, StepBegun};
 
 use super::Cell;
 use super::lobes::{CellView, Lobes};
@@ -48,7 +47,7 @@ mod tests {
     use super::*;
     use amiro_ipf::filter::Profile;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
 
     #[test]
     fn cells_before_the_arcs_are_carved_once_and_no_others() {

@@ -1,9 +1,8 @@
 //! The counting model: survivors and rejects per cell (paper equations 3 and 4).
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, ParticleEvent, StepBegun};
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
+use amiro_ipf::node::{Config, Event, ParticleEvent, StepBegun};
 
 use super::carving::Carver;
 use super::{Grid, Map, Mapper};
@@ -120,7 +119,7 @@ impl CountingMapper {
             let occupied = match event.outcome() {
                 Outcome::SurvivedPastGate => true,
                 Outcome::RejectedFree => false,
-                Outcome::SurvivedBelowGate | Outcome::RejectedBehind => continue,
+                Outcome::SurvivedBelowGate | Outcome::RejectedUnobserved => continue,
             };
             let world = self.position + event.position().rotated(self.rotation);
             let (x, y) = (f64::from(world.x), f64::from(world.y));
@@ -214,7 +213,7 @@ mod tests {
         mapper.count(&[
             ahead(Outcome::SurvivedPastGate),
             ahead(Outcome::SurvivedBelowGate),
-            ahead(Outcome::RejectedBehind),
+            ahead(Outcome::RejectedUnobserved),
         ]);
         let map = mapper.map();
         let cell = map.cell_at(1.005, 2.105).unwrap();

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use amiro_ipf::event::Event;
-use amiro_ipf::sensor::Ring;
+use amiro_ipf::model::Ring;
+use amiro_ipf::node::Event;
 
 use super::{Cell, Grid, Map, Mapper};
 use crate::world::Vector;
@@ -115,7 +115,7 @@ impl Footprint {
                 self.sweep(from, to);
                 self.last = Some(to);
             }
-            Event::BrokeOff { .. } => self.last = None,
+            Event::OdometryReset { .. } => self.last = None,
             _ => {}
         }
     }
@@ -149,9 +149,9 @@ impl Footprint {
 mod tests {
     use super::*;
     use crate::mapping::Occupancy;
-    use amiro_ipf::event::StepBegun;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
+    use amiro_ipf::node::StepBegun;
 
     const RADIUS_M: f64 = 0.05;
 
@@ -240,7 +240,7 @@ mod tests {
             let map = map(events, Some(RADIUS_M));
             map.get(map.cell_at(0.005, 0.045).unwrap()).copied()
         };
-        let broke_off = Event::BrokeOff { stamp_us: 0 };
+        let broke_off = Event::OdometryReset { stamp_us: 0 };
         let broken = [step(-0.0475, 0.0), broke_off, step(0.0475, 0.0)];
         assert_eq!(between(&broken), Some(1.0));
         assert_eq!(between(&[step(-0.15, 0.0), step(0.15, 0.0)]), Some(1.0));

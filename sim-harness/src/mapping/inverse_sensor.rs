@@ -13,9 +13,8 @@
 //! The paper names its sources for the method (section 5, Stachniss and Haehnel) and
 //! prints no formula; this is ours, and the comparison stands and falls with it.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, StepBegun};
 use amiro_ipf::math;
+use amiro_ipf::node::{Config, Event, StepBegun};
 
 use super::lobes::{CellView, Lobes};
 use super::{Grid, Map, Mapper};
@@ -161,7 +160,7 @@ mod tests {
     use crate::mapping::Occupancy;
     use amiro_ipf::filter::Profile;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{Ring, SENSORS, Sample, SensorMask};
+    use amiro_ipf::model::{Ring, SENSORS, Sample, SensorMask};
 
     /// One sensor that looks along x, its axis through the centres of a row of cells.
     fn config() -> Config {

@@ -1,8 +1,7 @@
 //! The cells that the sensors of the ring look at in one step.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::StepBegun;
-use amiro_ipf::sensor::{Echo, Lobe, Photometry, Reading, Ring, SensorMask};
+use amiro_ipf::model::{BeamPattern, Photometry, RangeEstimate, Reading, Ring, SensorMask};
+use amiro_ipf::node::{Config, StepBegun};
 
 use super::{Cell, Grid};
 use crate::world::{Eye, Vector};
@@ -13,7 +12,7 @@ pub(super) struct Lobes {
     ring: Ring,
     used: SensorMask,
     photometry: Photometry,
-    lobe: Lobe,
+    lobe: BeamPattern,
     /// Cells without content, for their places.
     cells: Grid<()>,
 }
@@ -40,7 +39,7 @@ impl Lobes {
             ring: config.ring,
             used: config.sensors,
             photometry: config.photometry,
-            lobe: Lobe::of(&config.photometry),
+            lobe: BeamPattern::of(&config.photometry),
             cells: Grid::new(cell_m, ()),
         }
     }
@@ -69,7 +68,7 @@ impl Lobes {
     fn show_lobe(
         &self,
         eye: &Eye,
-        echo: Echo,
+        echo: RangeEstimate,
         is_limit: bool,
         visit: &mut impl FnMut(Cell, CellView),
     ) -> bool {

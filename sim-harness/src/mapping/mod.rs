@@ -23,7 +23,7 @@ pub use lattice::Lattice;
 pub use methods::{RANGE_METHODS, RangeMethod};
 pub use range_inverse_sensor::{RangeInverseSensorMapper, RangeInverseSensorParameters};
 
-use amiro_ipf::event::Event;
+use amiro_ipf::node::Event;
 
 /// Makes a map of a run's events.
 pub trait Mapper {

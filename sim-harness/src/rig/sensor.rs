@@ -1,6 +1,6 @@
 //! What a sensor can measure.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 /// How a sensor measures a range.
 #[derive(Clone, Copy, Debug, PartialEq)]

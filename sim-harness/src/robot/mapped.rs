@@ -1,9 +1,7 @@
 //! What a node makes of a robot's inputs: events, a map, its scores.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, StepBegun};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Event, Input, StepBegun};
 
 use crate::evaluation::{Scores, Truth};
 use crate::mapping::{CountingMapper, Map, Mapper};

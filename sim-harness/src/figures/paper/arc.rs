@@ -1,7 +1,7 @@
 //! The arc that a reading stands for, in the sensor's frame.
 
 use amiro_ipf::geometry::{Point, Rotation};
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 /// Bearings between two points of an arc: half a degree.
 const STEPS_A_SIDE: i16 = 120;

@@ -1,8 +1,8 @@
 //! A drive through one of the paper's scenarios, mapped by several methods at once.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::node::Event;
 
 use crate::evaluation::Truth;
 use crate::mapping::Map;

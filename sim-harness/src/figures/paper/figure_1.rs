@@ -1,6 +1,6 @@
 //! Figure 1: where the object may be that a reading tells of.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::figures::picture::Colour;
@@ -47,7 +47,7 @@ pub(super) fn draw() -> Result<Plate, FigureError> {
     );
     for range_mm in [20_u8, 50, 80, 100, 120, 150, 200] {
         let counts = law.counts(1e-3 * f32::from(range_mm), 0.0);
-        let echo = counts.and_then(|counts| Some((counts, law.echo(counts)?)));
+        let echo = counts.and_then(|counts| Some((counts, law.range_estimate(counts)?)));
         table.rows.extend(echo.map(|(counts, echo)| {
             vec![
                 format!("{range_mm}"),

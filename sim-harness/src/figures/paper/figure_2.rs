@@ -1,7 +1,7 @@
 //! Figure 2: what the inverse sensor model makes of one reading.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Event;
 
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::mapping::{InverseSensorMapper, InverseSensorParameters, Map, Mapper};

@@ -1,7 +1,7 @@
 //! Figure 4: two steps of the filter, every particle drawn.
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::figures::picture::Colour;

@@ -1,7 +1,7 @@
 //! Figure 5: the particles of two steps sorted into a map, and the usual map beside it.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Event;
 
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::figures::map_picture::MapPicture;

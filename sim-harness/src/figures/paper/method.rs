@@ -1,7 +1,7 @@
 //! The ways to make a map that the figures compare.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 
 use crate::figures::picture::Colour;
 use crate::mapping::{CountingMapper, InverseSensorMapper, InverseSensorParameters, Mapper};

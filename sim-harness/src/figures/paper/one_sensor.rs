@@ -1,10 +1,9 @@
 //! One sensor that looks straight ahead, at the origin of the figures.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::StepBegun;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample, SensorMask};
+use amiro_ipf::node::{Config, StepBegun};
 
 /// A robot with one sensor, which looks straight ahead.
 pub(super) fn config(profile: Profile) -> Config {
