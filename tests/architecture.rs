@@ -92,10 +92,12 @@ const SHARED_NAMES: &[(&str, usize)] = &[
     ("Word", 2),
 ];
 
-/// Every Rust file below a folder or the file itself, with its text up to its tests.
+/// Every Rust file below a folder or the file itself, with its text up to its tests;
+/// files of tests are left out.
 fn sources(place: &str) -> Vec<(PathBuf, String)> {
     common::rust_files(place)
         .into_iter()
+        .filter(|(path, _)| !path.ends_with("tests.rs"))
         .map(|(path, text)| {
             let code = text.split(TESTS).next().unwrap_or_default();
             (path, code.to_owned())
@@ -123,8 +125,8 @@ fn assert_never_names(place: &str, words: &[&str]) {
     }
 }
 
-/// The layers of the core from the lowest to the highest: each imports only from those
-/// before its own line. Modules on one line do not import each other's parents.
+/// The layers of the core from the lowest to the highest, with the
+/// modules that each may import. `senses` and `board` are above them.
 const LAYERS: [(&str, &[&str]); 11] = [
     ("checksum", &[]),
     ("math", &[]),

@@ -93,7 +93,10 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
 
     /// Sends the boot message.
     pub fn introduce(&mut self, send: &mut impl FnMut(&[u8], Priority)) {
-        self.transmit(&Message::Boot(self.boot), send);
+        send(
+            self.encoder.encode(MessageRef::Boot(&self.boot)),
+            Priority::Reliable,
+        );
     }
 
     /// Sends the state of the node and of the board.
@@ -103,7 +106,7 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
             inputs: node.inputs.wrapping_add(self.requests),
             ..*node
         };
-        self.transmit(&Message::Status(Status { node, board }), send);
+        self.transmit(MessageRef::Status(&Status { node, board }), send);
     }
 
     /// Sends a message of the board. Offsets and post-mortem records are repeated in
@@ -114,7 +117,7 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
             Message::PostMortem(record) => self.post_mortem = Some(record.clone()),
             _ => {}
         }
-        self.transmit(message, send);
+        self.transmit(message.into(), send);
     }
 
     /// Takes one received byte; a frame that is complete with it is handled and answered.
@@ -131,7 +134,7 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
         };
         let refused = self.handle(&frame.message, send).err();
         let input = frame.sequence;
-        self.transmit(&Message::Answer { input, refused }, send);
+        self.transmit(MessageRef::Answer { input, refused }, send);
         true
     }
 
@@ -187,11 +190,10 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
     /// the offsets.
     fn answer_greeting(&mut self, send: &mut impl FnMut(&[u8], Priority)) {
         self.introduce(send);
-        if let Some(record) = self.post_mortem.clone() {
-            self.transmit(&Message::PostMortem(record), send);
-        }
-        if let Some(offsets) = self.offsets {
-            self.transmit(&Message::Offsets(offsets), send);
+        let record = self.post_mortem.as_ref().map(MessageRef::PostMortem);
+        let offsets = self.offsets.as_ref().map(MessageRef::Offsets);
+        for message in record.into_iter().chain(offsets) {
+            send(self.encoder.encode(message), Priority::Reliable);
         }
     }
 
@@ -206,11 +208,8 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
         })
     }
 
-    fn transmit(&mut self, message: &Message, send: &mut impl FnMut(&[u8], Priority)) {
-        send(
-            self.encoder.encode(MessageRef::Message(message)),
-            Priority::Reliable,
-        );
+    fn transmit(&mut self, message: MessageRef<'_>, send: &mut impl FnMut(&[u8], Priority)) {
+        send(self.encoder.encode(message), Priority::Reliable);
     }
 }
 

@@ -81,13 +81,20 @@ impl From<Event> for Message {
 
 /// A message that is about to be encoded, without a copy of its contents.
 #[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "as the variants of Message")]
 pub enum MessageRef<'a> {
-    /// As [`Message::Input`].
+    Hello,
+    Calibrate,
     Input(&'a Input),
-    /// As [`Message::Event`].
     Event(&'a Event),
-    /// Any message.
-    Message(&'a Message),
+    Boot(&'a Boot),
+    Answer { input: u16, refused: Option<Fault> },
+    Status(&'a Status),
+    Health(&'a Health),
+    Offsets(&'a OffsetReport),
+    PostMortem(&'a PostMortem),
+    Supervision(&'a Supervision),
+    Truth(&'a Truth),
 }
 
 impl<'a> From<&'a Input> for MessageRef<'a> {
@@ -104,7 +111,23 @@ impl<'a> From<&'a Event> for MessageRef<'a> {
 
 impl<'a> From<&'a Message> for MessageRef<'a> {
     fn from(message: &'a Message) -> Self {
-        Self::Message(message)
+        match message {
+            Message::Hello => Self::Hello,
+            Message::Calibrate => Self::Calibrate,
+            Message::Input(input) => Self::Input(input),
+            Message::Event(event) => Self::Event(event),
+            Message::Boot(boot) => Self::Boot(boot),
+            Message::Answer { input, refused } => Self::Answer {
+                input: *input,
+                refused: *refused,
+            },
+            Message::Status(status) => Self::Status(status),
+            Message::Health(health) => Self::Health(health),
+            Message::Offsets(offsets) => Self::Offsets(offsets),
+            Message::PostMortem(record) => Self::PostMortem(record),
+            Message::Supervision(state) => Self::Supervision(state),
+            Message::Truth(truth) => Self::Truth(truth),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::link::{Boot, Message, MessageRef};
+use amiro_ipf::link::{Boot, MessageRef};
 use amiro_ipf::node::{Event, Fault, Particles, StepBegun, StepDone};
 
 use super::expected::{ExpectedRun, ExpectedStep};
@@ -88,9 +88,7 @@ impl Comparison {
 
     /// Takes an event of the board's run.
     pub fn meet<'m>(&mut self, message: impl Into<MessageRef<'m>>) {
-        if let MessageRef::Event(event) | MessageRef::Message(Message::Event(event)) =
-            message.into()
-        {
+        if let MessageRef::Event(event) = message.into() {
             self.meet_event(event);
         }
     }

@@ -157,12 +157,7 @@ pub fn listen(board: &mut Board, mut on_message: impl FnMut(&Message)) -> Result
 
 /// Whether a message configures the node.
 fn is_configuration(message: MessageRef<'_>) -> bool {
-    match message {
-        MessageRef::Input(input) | MessageRef::Message(Message::Input(input)) => {
-            matches!(input, Input::Configure(_))
-        }
-        MessageRef::Event(_) | MessageRef::Message(_) => false,
-    }
+    matches!(message, MessageRef::Input(Input::Configure(_)))
 }
 
 /// Whether a message belongs to the run of one configuration.

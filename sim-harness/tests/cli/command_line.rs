@@ -66,7 +66,7 @@ fn plug(mut play: impl FnMut(Option<&Message>) -> Said + Send + 'static) -> Stri
                     let refused = said.refused;
                     said.events.push(Message::Answer { input, refused });
                 }
-                let events = said.events.iter().map(MessageRef::Message);
+                let events = said.events.iter().map(MessageRef::from);
                 for message in events.chain(said.own.as_ref().map(MessageRef::Input)) {
                     // Nobody may listen.
                     let _ = master.write_all(encoder.encode(message));
