@@ -1,7 +1,7 @@
 //! The filter's configuration for a simulated world.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 
 use crate::world::Scenario;
 

@@ -6,8 +6,7 @@
 
 use std::path::Path;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Input};
 use serde::Serialize;
 
 use crate::datasets::{Dataset, DatasetError, PoseSource, RefusedRows};
@@ -49,7 +48,7 @@ pub fn records(
     inputs: &[Input],
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
-    match method.profile() {
+    match method.profile {
         Some(_) => filter_records(config, inputs, take),
         None => step_records(config, inputs, take),
     }

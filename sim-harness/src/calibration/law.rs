@@ -159,7 +159,7 @@ impl<'t> Law<'t> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::sensor::Photometry;
+    use amiro_ipf::model::Photometry;
 
     fn rows() -> Vec<Measurement> {
         let ranges = [0.05, 0.08, 0.12, 0.2];

@@ -1,6 +1,6 @@
 //! The start of the search for the least squares.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::{Fixed, Law, Measurement, Parameter};
 

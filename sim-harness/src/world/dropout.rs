@@ -1,7 +1,7 @@
 //! Random loss of samples.
 
+use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform};
-use amiro_ipf::sensor::{SENSORS, Sample};
 
 /// Removes samples at random, each independently.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Differences between a simulated world and the filter's model.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::{Drift, Odometry, Physics};
 

@@ -1,6 +1,6 @@
 //! A world: its objects, the robot's start, the drive.
 
-use amiro_ipf::sensor::{Ring, SensorMask};
+use amiro_ipf::model::{Ring, SensorMask};
 
 use super::{Allowance, Leg, Opening, Rectangle, Shape};
 use crate::geometry::{Vector, radians};

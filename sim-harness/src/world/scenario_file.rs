@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use amiro_ipf::sensor::SENSORS;
+use amiro_ipf::model::SENSORS;
 use serde::Deserialize;
 
 use super::bounded::{CellSize, Coordinate, Degrees, Speed};

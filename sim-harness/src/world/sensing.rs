@@ -1,8 +1,8 @@
 //! Readings of a robot's infrared sensors in a world: optics, noise, register.
 
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample, SensorMask};
 use amiro_ipf::random::{Generator, standard_normal_pair};
-use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
 use super::{Options, Physics, Scenario, SensorPose, Shape};

@@ -1,8 +1,8 @@
 //! Maps of the stepped series against the walls that stood there.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
+use amiro_ipf::node::Config;
 use serde::Serialize;
 
 use super::RecordedError;
@@ -57,14 +57,9 @@ impl SeriesWalls {
             let config = Config {
                 sensors: SIDES,
                 photometry: *law,
-                ..Config::amiro(method.profile().unwrap_or(Profile::Paper))
+                ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };
-            let mut mapper = method.mapper(&Setup {
-                rig: &Rig::from(&config),
-                cell_m: CELL_M,
-                footprint: false,
-                extent: None,
-            });
+            let mut mapper = method.mapper(&Setup::new(&Rig::from(&config), CELL_M));
             let outcome = pipeline::run(
                 |take| pipeline::records(method, &config, &series.inputs(), take),
                 &mut mapper,
