@@ -60,7 +60,7 @@ struct Block {
 
 /// A claim without its scenario.
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(try_from = "Keys")]
+#[serde(try_from = "ClaimRow")]
 struct Bound {
     method: Method,
     metric: Metric,
@@ -72,7 +72,7 @@ struct Bound {
 /// The keys of a claim.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Keys {
+struct ClaimRow {
     method: String,
     metric: Metric,
     over: Option<String>,
@@ -83,10 +83,10 @@ struct Keys {
     at_least: Option<f64>,
 }
 
-impl TryFrom<Keys> for Bound {
+impl TryFrom<ClaimRow> for Bound {
     type Error = String;
 
-    fn try_from(keys: Keys) -> Result<Self, String> {
+    fn try_from(keys: ClaimRow) -> Result<Self, String> {
         let method = |name: &str| name.parse::<Method>().map_err(|error| error.to_string());
         let over = match (keys.over.as_deref(), &keys.share_of, &keys.less) {
             (None, None, None) => Over::Mean,
