@@ -36,7 +36,8 @@ pub(super) struct Evaluate {
         long,
         value_name = "METHODS",
         value_delimiter = ',',
-        default_values_t = Method::ALL
+        default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
+                         ism-standard-object,ism-tuned-dropped,ism-tuned-object,all-free"
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.

@@ -165,7 +165,7 @@ mod tests {
             ("metric = \"oe\"", "one of below"),
             ("metric = \"oe\"\nbelow = 1\nat_most = 1", "one of below"),
             ("metric = \"oe\"\nbelow = 1\nover = \"most\"", "smallest"),
-            ("metric = \"oe\"\nbelow = 1\nless = \"ism\"", "no method"),
+            ("metric = \"oe\"\nbelow = 1\nless = \"none\"", "no method"),
             ("metric = \"o\"\nbelow = 1", "unknown variant"),
             ("metric = \"oe\"\nbelow = 1\nabove = 2", "unknown field"),
         ] {
