@@ -9,7 +9,7 @@ use amiro_ipf::input::Input;
 use sim_harness::console;
 use sim_harness::link::{Comparison, LineRun, LossyLine, Verdict, drive_streamed, listen};
 use sim_harness::log::StoredRecording;
-use sim_harness::spool::{RecordSpool, Spool};
+use sim_harness::spool::{EventSpool, Spool};
 use sim_harness::{RunOutcome, Survey, run_streamed};
 
 use super::replay::{Replay, progress};
@@ -44,14 +44,14 @@ pub(super) struct KeptEvents {
     /// How often the odometry was reset.
     pub(super) resets: usize,
     /// All of them, for the scores on the way, where the recording carries a truth.
-    pub(super) all: Option<RecordSpool<Event>>,
+    pub(super) all: Option<EventSpool>,
 }
 
 impl KeptEvents {
     fn new(is_scored: bool) -> Self {
         Self {
             resets: 0,
-            all: is_scored.then(RecordSpool::default),
+            all: is_scored.then(EventSpool::default),
         }
     }
 
