@@ -25,7 +25,7 @@ pub(super) fn world(comparison: &Comparison) {
     console::print_text(SCORES_IN_WORDS);
     console::print(
         "PathOE: mean of OE over eight snapshots. False, frontier: occupied cells in the \
-         openings, frontier cells\nin the worse one (smallest seed).",
+         openings, frontier cells in the worse one (smallest seed).",
     );
     console::print("");
 }

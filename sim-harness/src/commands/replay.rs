@@ -8,15 +8,15 @@ use amiro_ipf::link::{Message, Truth as TruthMessage};
 use amiro_ipf::node::{Config, Input, Source, StepRule};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_harness::drive::FilterRecords;
+use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::{Faults, NotOnInputs};
 use sim_harness::link::{Board, Equality, QemuOptions, post_mortem_in_words};
 use sim_harness::log::{Overview, RecordingWriter, StoredRecording};
-use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS, Mapper};
+use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::spool::Spool;
 use sim_harness::world::{Scenario, ScenarioError};
-use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output};
+use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output, pipeline};
 
 use super::footprint::FootprintSwitch;
 use super::replayed::{Plan, Replayed, on_board, on_host};
@@ -247,13 +247,15 @@ impl Replay {
         let mut events = events.events()?;
         let mut judge = DriveJudge::new(scenario, &truth, poses);
         let mut records = FilterRecords::new(config.photometry);
-        for event in events.by_ref() {
-            records.translate(&event, &mut |record| {
-                judge.take(record, &mapper);
-                mapper.take(record);
-            });
-        }
-        events.finish()?;
+        let read = |take: &mut dyn FnMut(&Record)| {
+            events
+                .by_ref()
+                .for_each(|event| records.translate(&event, take));
+            events.finish()
+        };
+        pipeline::run(read, &mut mapper, &mut |record, mapper| {
+            judge.take(record, mapper);
+        })?;
         Ok(Some(judge.finish(&mapper)))
     }
 

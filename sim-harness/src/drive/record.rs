@@ -25,6 +25,19 @@ pub enum Record {
     Outcomes(Vec<PointOutcome>),
 }
 
+impl Record {
+    /// The pose, if the record is one.
+    #[must_use]
+    pub fn pose(&self) -> Option<Pose2> {
+        match self {
+            Self::Pose {
+                world_from_body, ..
+            } => Some(*world_from_body),
+            Self::OdometryReset { .. } | Self::Scan(_) | Self::Outcomes(_) => None,
+        }
+    }
+}
+
 /// Returns of neighbouring mounts at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {

@@ -103,17 +103,13 @@ impl Comparison {
     /// All methods on one drive.
     fn drive(&self, scenario: &Scenario, seed: u64) -> Result<Vec<Trial>, ComparisonError> {
         let inputs = simulate_with(scenario, seed, &self.options).inputs;
-        let mut poses = Vec::new();
+        let mut steps: Vec<Record> = Vec::new();
         let config = self.config(scenario, seed, Profile::Paper);
-        let steps = pipeline::step_records(&config, &inputs, &mut |record| {
-            if let Record::Pose {
-                world_from_body, ..
-            } = record
-            {
-                poses.push(*world_from_body);
-            }
+        let outcome = pipeline::step_records(&config, &inputs, &mut |record| {
+            steps.push(record.clone());
         });
-        checked(scenario, seed, steps)?;
+        checked(scenario, seed, outcome)?;
+        let poses: Vec<_> = steps.iter().filter_map(Record::pose).collect();
         let truth = Truth::of(scenario, &poses);
         let trial = |method: &Method| {
             let config = self.config(scenario, seed, method.profile.unwrap_or(Profile::Paper));
@@ -125,12 +121,17 @@ impl Comparison {
                 extent: Some(scenario.extent),
             });
             let mut judge = DriveJudge::new(scenario, &truth, &poses);
-            let run = pipeline::run(
-                |take| pipeline::records(method, &config, &inputs, take),
-                &mut mapper,
-                &mut |record, mapper| judge.take(record, mapper),
-            );
-            checked(scenario, seed, run)?;
+            let records = |take: &mut dyn FnMut(&Record)| match method.profile {
+                Some(_) => pipeline::filter_records(&config, &inputs, take),
+                None => {
+                    steps.iter().for_each(take);
+                    Ok(RunOutcome::default())
+                }
+            };
+            let outcome = pipeline::run(records, &mut mapper, &mut |record, mapper| {
+                judge.take(record, mapper);
+            });
+            checked(scenario, seed, outcome)?;
             Ok(Trial {
                 scenario: scenario.name.clone(),
                 method: *method,

@@ -25,9 +25,7 @@ pub(super) fn is_mapped(map: &Map, path: &[Vector], segment: usize, is_left: boo
         let place = from + way.scaled(f64::from(station) / f64::from(stations.max(1)));
         ASIDE_CM.into_iter().any(|centimetres| {
             let place = place + aside.scaled(0.01 * f64::from(centimetres));
-            map.cell_at(place.x, place.y)
-                .and_then(|cell| map.get(cell))
-                .is_some_and(|belief| belief.occupancy() != Occupancy::Unknown)
+            map.occupancy_at(place.x, place.y) != Occupancy::Unknown
         })
     })
 }

@@ -186,10 +186,7 @@ fn is_found(map: &Map, place: Vector) -> bool {
         .flat_map(|row| {
             (low.column..=high.column).map(move |column| crate::lattice::Cell { row, column })
         })
-        .filter(|cell| {
-            map.get(*cell)
-                .is_some_and(|belief| belief.occupancy() == Occupancy::Occupied)
-        })
+        .filter(|cell| map.occupancy(*cell) == Occupancy::Occupied)
         .any(|cell| {
             let (x, y) = map.centre(cell);
             (Vector::new(x, y) - place).norm() <= RECALL_M + ROUNDING_M
@@ -197,11 +194,7 @@ fn is_found(map: &Map, place: Vector) -> bool {
 }
 
 fn coverage(map: &Map, truth: &Truth) -> Option<f64> {
-    let is_classified = |place: &&Vector| {
-        map.cell_at(place.x, place.y)
-            .and_then(|cell| map.get(cell))
-            .is_some_and(|belief| belief.occupancy() != Occupancy::Unknown)
-    };
+    let is_classified = |place: &&Vector| map.occupancy_at(place.x, place.y) != Occupancy::Unknown;
     let classified = truth.visible_free().iter().filter(is_classified);
     ratio(classified.count() as u64, truth.visible_free().len() as u64)
 }

@@ -162,10 +162,7 @@ impl Sides {
         let map = surroundings.map;
         let tree = SegmentTree::new(path, |segment| surroundings.is_driven(segment));
         let mut all = vec![Self::default(); legs.len()];
-        for (cell, belief) in map.iter() {
-            if belief.occupancy() != Occupancy::Occupied {
-                continue;
-            }
+        for cell in map.cells_of(Occupancy::Occupied) {
             let (x, y) = map.centre(cell);
             let centre = Vector::new(x, y);
             let Some((segment, is_left)) = tree.nearest(centre) else {

@@ -72,6 +72,14 @@ impl Map {
         cells.filter_map(move |(cell, belief)| (belief.occupancy() == wanted).then_some(cell))
     }
 
+    /// The class of the cell that holds a point of the world; as
+    /// [`occupancy`](Self::occupancy), and unknown for NaN and points absurdly far away.
+    #[must_use]
+    pub fn occupancy_at(&self, x: f64, y: f64) -> Occupancy {
+        let cell = self.cell_at(x, y);
+        cell.map_or(Occupancy::Unknown, |cell| self.occupancy(cell))
+    }
+
     /// The class of a cell; unknown for one that the grid does not store.
     #[must_use]
     pub fn occupancy(&self, cell: crate::lattice::Cell) -> Occupancy {

@@ -1,7 +1,6 @@
 //! The cells in a cone: sonar, and wide time-of-flight sensors.
 
 use super::{RangeSensor, Region, SeenCell, View};
-use crate::geometry::Vector;
 
 /// A sensor that returns the nearest surface in a cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +16,7 @@ pub struct Cone {
 /// Every cell whose centre lies in the cone up to the echo's far side, row by row.
 ///
 /// A cone is narrower than a cell below half a cell over the half angle's tangent: there
-/// it may hold no centre. Cost: the cells of the square around the sensor.
+/// it may hold no centre.
 impl RangeSensor for Cone {
     fn returns(&self) -> usize {
         1
@@ -27,16 +26,11 @@ impl RangeSensor for Cone {
         let Some(range) = view.range() else {
             return true;
         };
-        let Some(cells) = view.square(range.measured_m + range.tolerance_m) else {
+        let tangent = libm::tan(self.half_angle_rad);
+        let Some(cells) = view.wedge(tangent, range.measured_m + range.tolerance_m) else {
             return false;
         };
-        let tangent = libm::tan(self.half_angle_rad);
-        for cell in cells {
-            let (x, y) = view.lattice.centre(cell);
-            let seen = view.world_from_sensor.view(Vector::new(x, y));
-            if seen.x <= 0.0 || seen.y.abs() > tangent * seen.x {
-                continue;
-            }
+        for (cell, seen) in cells {
             let region = range.region(seen.norm());
             if let Some(region) = region.filter(|region| *region != Region::AtLimit) {
                 visit(SeenCell {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use amiro_ipf::model::{BeamPattern, Photometry};
 
 use super::{MeasuredRange, RangeSensor, SeenCell, View};
-use crate::geometry::Vector;
 
 /// Least cos(xi theta) at which a return is evidence about a cell.
 const LEAST_DIRECTIVITY: f64 = 0.05;
@@ -52,16 +51,11 @@ impl RangeSensor for Infrared {
             return true;
         };
         let reach_m = on_axis.measured_m + on_axis.sigma_m.max(view.lattice.cell_m());
-        let Some(cells) = view.square(reach_m) else {
+        let tangent = f64::from(self.lobe.tangent_max());
+        let Some(cells) = view.wedge(tangent, reach_m) else {
             return false;
         };
-        let tangent_max = f64::from(self.lobe.tangent_max());
-        for cell in cells {
-            let (x, y) = view.lattice.centre(cell);
-            let seen = view.world_from_sensor.view(Vector::new(x, y));
-            if seen.x <= 0.0 || seen.y.abs() > tangent_max * seen.x {
-                continue;
-            }
+        for (cell, seen) in cells {
             let range_m = seen.norm();
             let lobe = f64::from(self.lobe.at((seen.x / range_m) as f32));
             let directivity = lobe * lobe;

@@ -5,7 +5,7 @@ mod infrared;
 mod scanner;
 
 use crate::drive::Return;
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Vector};
 use crate::lattice::{Cell, Lattice};
 
 pub use cone::Cone;
@@ -106,19 +106,33 @@ impl View {
         })
     }
 
-    /// The cells of the square around the sensor, row by row; `None` if one of its
-    /// corners has no place in the lattice.
-    fn square(&self, reach_m: f64) -> Option<impl Iterator<Item = Cell> + use<>> {
-        let centre = self.world_from_sensor.position;
-        let low = self
-            .lattice
-            .cell_at(centre.x - reach_m, centre.y - reach_m)?;
-        let high = self
-            .lattice
-            .cell_at(centre.x + reach_m, centre.y + reach_m)?;
-        Some((low.row..=high.row).flat_map(move |row| {
+    /// The cells, row by row, whose centres lie before the sensor in a wedge about its
+    /// axis, with the centres in the sensor's frame: all up to a range, some beyond it.
+    /// `None` if they have no place in the lattice.
+    ///
+    /// `tangent` is that of the wedge's half angle. Cost: the cells of the square around
+    /// the sensor.
+    fn wedge(
+        &self,
+        tangent: f64,
+        reach_m: f64,
+    ) -> Option<impl Iterator<Item = (Cell, Vector)> + use<>> {
+        let Self {
+            world_from_sensor,
+            lattice,
+            ..
+        } = *self;
+        let centre = world_from_sensor.position;
+        let low = lattice.cell_at(centre.x - reach_m, centre.y - reach_m)?;
+        let high = lattice.cell_at(centre.x + reach_m, centre.y + reach_m)?;
+        let cells = (low.row..=high.row).flat_map(move |row| {
             (low.column..=high.column).map(move |column| Cell { row, column })
-        }))
+        });
+        let seen = cells.map(move |cell| {
+            let (x, y) = lattice.centre(cell);
+            (cell, world_from_sensor.view(Vector::new(x, y)))
+        });
+        Some(seen.filter(move |(_, seen)| seen.x > 0.0 && seen.y.abs() <= tangent * seen.x))
     }
 }
 

@@ -1052,7 +1052,7 @@ fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
         ),
         (
             vec![&*drive, "--rig", &*rig, "--method", "best"],
-            "--method best: ism, ism-decay",
+            "--method best: ism-standard, ",
         ),
         (
             vec![&*drive, "--rig", &*rig, "--sensors", "radar"],

@@ -2,7 +2,6 @@
 
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::node::Config;
-use sim_harness::drive::Record;
 use sim_harness::evaluation::{Claims, Comparison, Metric, Over, Scores, Truth, json};
 use sim_harness::geometry::Pose2;
 use sim_harness::lattice::Cell;
@@ -33,12 +32,7 @@ fn mapped(scenario: &Scenario, parameters: FilterParameters, seed: u64) -> (Map,
     let inputs = simulate(scenario, seed).inputs;
     pipeline::filter_records(&config, &inputs, &mut |record| {
         mapper.take(record);
-        if let Record::Pose {
-            world_from_body, ..
-        } = record
-        {
-            poses.push(*world_from_body);
-        }
+        poses.extend(record.pose());
     })
     .unwrap();
     (mapper.map(), Truth::of(scenario, &poses))

@@ -2,7 +2,6 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::node::Config;
-use sim_harness::drive::Record;
 use sim_harness::evaluation::{Scores, Truth};
 use sim_harness::mapping::{CountingMapper, Mapper};
 use sim_harness::pipeline;
@@ -24,12 +23,7 @@ fn scores(scenario: &Scenario, profile: Profile, seed: u64) -> Scores {
     let inputs = simulate(scenario, seed).inputs;
     let outcome = pipeline::filter_records(&config, &inputs, &mut |record| {
         mapper.take(record);
-        if let Record::Pose {
-            world_from_body, ..
-        } = record
-        {
-            steps.push(*world_from_body);
-        }
+        steps.extend(record.pose());
     })
     .unwrap();
     assert_eq!(outcome.faults().count(), 0, "seed {seed}: {outcome:?}");

@@ -2,7 +2,6 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::node::{Config, Input, StepRule};
-use sim_harness::drive::Record;
 use sim_harness::geometry::Pose2;
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::world::{SAMPLE_PERIOD_US, Scenario, Vector, simulate};
@@ -96,12 +95,7 @@ fn mapped(config: &Config, inputs: &[Input]) -> (Map, Vec<Pose2>) {
     let mut poses = Vec::new();
     let outcome = pipeline::filter_records(config, inputs, &mut |record| {
         mapper.take(record);
-        if let Record::Pose {
-            world_from_body, ..
-        } = record
-        {
-            poses.push(*world_from_body);
-        }
+        poses.extend(record.pose());
     })
     .unwrap();
     assert_eq!(outcome.faults().count(), 0, "{outcome:?}");

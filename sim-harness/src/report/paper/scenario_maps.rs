@@ -94,11 +94,14 @@ impl ScenarioMaps {
                 extent: Some(scenario.extent),
             });
             let mut travel = Travel::new(conditions.until_m);
-            pipeline::records(method, &config, &simulation.inputs, &mut |record| {
-                if travel.includes(record) {
-                    mapper.take(record);
-                }
-            })?;
+            let records = |take: &mut dyn FnMut(&Record)| {
+                pipeline::records(method, &config, &simulation.inputs, &mut |record| {
+                    if travel.includes(record) {
+                        take(record);
+                    }
+                })
+            };
+            pipeline::run(records, &mut mapper, &mut |_, _| {})?;
             poses = travel.poses;
             Ok(mapper.map())
         });
@@ -123,14 +126,11 @@ impl Travel {
 
     /// Whether a record lies within the distance.
     fn includes(&mut self, record: &Record) -> bool {
-        if let Record::Pose {
-            world_from_body, ..
-        } = record
-        {
-            let last = self.poses.last().unwrap_or(world_from_body);
-            self.left_m -= (world_from_body.position - last.position).norm();
+        if let Some(pose) = record.pose() {
+            let last = self.poses.last().unwrap_or(&pose);
+            self.left_m -= (pose.position - last.position).norm();
             if self.left_m >= 0.0 {
-                self.poses.push(*world_from_body);
+                self.poses.push(pose);
             }
         }
         self.left_m >= 0.0
