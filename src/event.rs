@@ -3,14 +3,15 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::board::calibration::OffsetRefusal;
+use crate::board::health::Health;
+use crate::board::offsets::Offsets;
+use crate::board::supervision::{PostMortem, Supervision};
 use crate::config::Config;
-use crate::driver::{OffsetRefusal, Offsets};
 use crate::fault::Fault;
 use crate::filter::Outcome;
 use crate::geometry::{Point, Pose};
-use crate::health::Health;
 use crate::sensor::{SENSORS, Sample};
-use crate::supervision::{PostMortem, Supervision};
 
 /// Particle events in one batch: as many as fill a frame.
 pub const BATCH: usize = 38;

@@ -21,10 +21,9 @@
 //! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
 //! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
 //!   to events.
-//! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
-//!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
-//! - [`board`]: the controllers of I2C and CAN over register traits.
-//! - [`supervision`]: the rules by which the image watches over itself.
+//! - [`board`]: the robot's board over register traits. Its I2C masters and sensors give
+//!   proximity inputs, its CAN controller odometry inputs; offsets, health and
+//!   supervision belong to it.
 //! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
 //!
 //! # What holds everywhere
@@ -83,15 +82,12 @@
 )]
 
 pub mod board;
-pub mod can;
 pub mod checksum;
 pub mod config;
-pub mod driver;
 pub mod event;
 pub mod fault;
 pub mod filter;
 pub mod geometry;
-pub mod health;
 pub mod input;
 pub mod kinematics;
 pub mod math;
@@ -101,9 +97,7 @@ pub mod pacing;
 pub mod random;
 pub mod sampling;
 pub mod seed;
-pub mod senses;
 pub mod sensor;
-pub mod supervision;
 pub mod wire;
 
 /// Whether this build has the feature `std`, and a host to use it on.

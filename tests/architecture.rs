@@ -60,28 +60,32 @@ fn models_know_no_filter() {
 }
 
 #[test]
-fn bus_knows_no_filter_and_its_controller_no_board() {
-    let words = ["crate::filter", "crate::node", "crate::wire"];
-    assert_never_names("src/can", &words);
-    assert_never_names("src/board", &words[..2]);
-}
-
-#[test]
-fn drivers_know_their_parts_and_the_samples_they_give() {
+fn board_names_no_filter_no_node_and_its_parts_no_input() {
     let words = [
         "crate::filter",
         "crate::node",
         "crate::wire",
         "crate::input",
         "crate::event",
-        "crate::senses",
-        "crate::can",
+        "crate::board::acquisition",
     ];
-    assert_never_names("src/driver", &words);
-    assert_never_names(
-        "src/senses",
-        &["crate::filter", "crate::node", "crate::wire"],
-    );
+    assert_never_names("src/board", &words[..2]);
+    for place in [
+        "src/board/can",
+        "src/board/i2c",
+        "src/board/supervision",
+        "src/board/calibration.rs",
+        "src/board/eeprom.rs",
+        "src/board/offset_store.rs",
+        "src/board/offsets.rs",
+        "src/board/proximity_sensor.rs",
+        "src/board/sensor_state.rs",
+        "src/board/signal_check.rs",
+    ] {
+        assert_never_names(place, &words);
+    }
+    assert_never_names("src/board/acquisition", &words[..3]);
+    assert_never_names("src/board/i2c", &["crate::board::can"]);
 }
 
 #[test]
@@ -99,10 +103,10 @@ fn core_knows_no_board() {
 
 #[test]
 fn unsafe_code_stays_behind_two_doors() {
-    let board = Path::new("src/bin/firmware/board");
+    let hal = Path::new("src/bin/firmware/hal");
     for (path, text) in sources("src") {
         let inside = path.ends_with("src/math.rs")
-            || path.parent().is_some_and(|folder| folder.ends_with(board));
+            || path.parent().is_some_and(|folder| folder.ends_with(hal));
         let found =
             code_lines(&text).any(|line| line.contains("unsafe ") || line.contains("unsafe("));
         assert!(inside || !found, "{} has unsafe code", path.display());
@@ -128,7 +132,7 @@ fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
     for (path, text) in sources("src/bin/firmware") {
         let is_board = path
             .parent()
-            .is_some_and(|folder| folder.ends_with("firmware/board"));
+            .is_some_and(|folder| folder.ends_with("firmware/hal"));
         if is_board || path.ends_with("link.rs") {
             continue;
         }

@@ -2,13 +2,13 @@
 
 mod common;
 
+use amiro_ipf::board::supervision::{Mode, PostMortem, Supervision};
 use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::Sample;
-use amiro_ipf::supervision::{Mode, PostMortem, Supervision};
 use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
 

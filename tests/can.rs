@@ -5,7 +5,7 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use amiro_ipf::can::{
+use amiro_ipf::board::can::{
     Board, BodySpeed, Frame, Identifier, Ignored, Message, READ, StandardId, TransmittedPose,
     actual_speed, odometry, target_speed,
 };

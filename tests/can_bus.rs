@@ -5,9 +5,9 @@
 #[path = "can_bus/model.rs"]
 mod model;
 
-use amiro_ipf::board::can::{BitTiming, CanHealth, Controller};
-use amiro_ipf::can::{
-    BodySpeed, CanState, Frame, Ignored, Message, READ, StandardId, proximity_ring, target_speed,
+use amiro_ipf::board::can::{
+    BitTiming, BodySpeed, CanHealth, CanState, Controller, Frame, Ignored, Message, READ,
+    StandardId, proximity_ring, target_speed,
 };
 use amiro_ipf::random::Generator;
 use model::{Unit, Wire, WireFrame};
@@ -313,7 +313,7 @@ fn frames_are_sent_as_given_and_in_their_order() {
 #[test]
 fn ring_of_a_minute_is_sent_whole_beside_the_patrols() {
     let mut bench = Bench::on_the_bus();
-    let mut schedule = amiro_ipf::can::RingSchedule::default();
+    let mut schedule = amiro_ipf::board::can::RingSchedule::default();
     for _ in 0..60_000 {
         bench.pass(1_000);
         let now_us = bench.now_us();

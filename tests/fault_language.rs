@@ -3,12 +3,12 @@
 //!
 //! Names that begin with f01 to f23 are entries of the fault catalogue.
 
+use amiro_ipf::board::health::{BusState, Health};
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::config::Config;
-use amiro_ipf::driver::{SensorFault, SensorState};
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault as Refusal;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{SENSORS, Sample};
 use amiro_ipf::wire::{Encoder, Outgoing, Truth};

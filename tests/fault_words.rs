@@ -11,7 +11,7 @@ mod shape;
 use std::collections::BTreeSet;
 use std::io::Error;
 
-use amiro_ipf::driver::OffsetRefusal;
+use amiro_ipf::board::calibration::OffsetRefusal;
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
 use amiro_ipf::wire::{FrameError, WIRE_VERSION};

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use amiro_ipf::board::acquisition::{AMIRO_PLACES, Bus, ODOMETRY_AGE_US, ROUND_US};
+use amiro_ipf::board::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
+use amiro_ipf::board::i2c::muxed_bus::{MUX_ADDRESS, USUAL_ROUND_CLOCKS};
 use amiro_ipf::board::{budget, can, i2c};
-use amiro_ipf::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
-use amiro_ipf::driver::branch::USUAL_ROUND_CLOCKS;
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01, vcnl4020};
-use amiro_ipf::senses::{ODOMETRY_AGE_US, ROUND_US};
+use amiro_ipf::board::{eeprom, vcnl4020};
 use amiro_ipf::sensor::{Ring, SENSORS};
 
 fn read(path: &str) -> String {
@@ -77,7 +77,7 @@ fn pins_of(code: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_pin_that_the_board_names_is_in_the_table_and_no_other() {
-    let named = pins_of(&code_of("src/bin/firmware/board"));
+    let named = pins_of(&code_of("src/bin/firmware/hal"));
     let mut listed = BTreeSet::new();
     let mut alone = BTreeSet::new();
     for row in rows("Pins", "pin") {
@@ -98,9 +98,7 @@ fn every_pin_that_the_board_names_is_in_the_table_and_no_other() {
 
 #[test]
 fn pins_are_set_to_what_the_table_says() {
-    let code: String = code_of("src/bin/firmware/board")
-        .split_whitespace()
-        .collect();
+    let code: String = code_of("src/bin/firmware/hal").split_whitespace().collect();
     for row in rows("Pins", "pin") {
         let pin = row[0].to_lowercase();
         let port = pin.get(1..2).unwrap_or_default();
@@ -169,7 +167,7 @@ fn sensors_are_where_the_table_has_them() {
             Bus::I2c2 => "I2C2",
         };
         let frame = proximity_ring(index, 0, 0).unwrap();
-        let amiro_ipf::can::Identifier::Standard(identifier) = frame.identifier() else {
+        let amiro_ipf::board::can::Identifier::Standard(identifier) = frame.identifier() else {
             unreachable!("{frame:?}")
         };
         let axis = Ring::AMIRO.axis_rad[index].to_degrees();
@@ -199,7 +197,7 @@ fn addresses_are_the_drivers() {
     let expected = [
         ("PCA9544A", MUX_ADDRESS.bits()),
         ("VCNL4020", vcnl4020::ADDRESS),
-        ("AT24C01", at24c01::ADDRESS_AMIRO),
+        ("AT24C01", eeprom::ADDRESS_AMIRO),
     ]
     .map(|(part, address)| (part.to_owned(), format!("{address:#04x}")));
     assert_eq!(addresses, expected);
@@ -368,7 +366,7 @@ fn layouts_are_the_linker_s() {
     assert!(linker.contains("_stext = ORIGIN(FLASH) + 0x200;"));
     assert!(linker.contains("ORIGIN(FLASH) + 0x1ac"));
     assert!(read("memory.x").contains("ORIGIN = 0x20000000, LENGTH = 128K"));
-    let loader = read("src/bin/firmware/board/loader.rs");
+    let loader = read("src/bin/firmware/hal/loader.rs");
     assert!(loader.contains("0x0800_01c0") && loader.contains("0x412d_424c"));
     assert!(loader.contains("SHUT_DOWN: usize = 32;"));
 }

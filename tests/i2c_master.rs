@@ -8,11 +8,13 @@ mod i2c_model;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use amiro_ipf::driver::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
+use amiro_ipf::board::i2c::{
+    self, BusFault, LONGEST_READ, LONGEST_WRITE, Line, Master, Progress, Register, Registers,
+    Timing, Transaction,
+};
 
 use sim_harness::bus::{At24c01Model, Pca9544aModel, Vcnl4020Model};
 
-use amiro_ipf::board::i2c::{self, Line, Master, Progress, Register, Registers, Timing};
 use i2c_model::{Bench, FOR_EVER, Fault, PATROL_NS, Part, Seen, Stuck};
 
 const ADDRESS: u8 = 0x13;
@@ -85,7 +87,7 @@ fn every_shape_arrives_whole() {
     let part = Part::at(ADDRESS);
     let mut bench = Bench::new(part.clone(), 1);
     all_shapes_arrive(&mut bench, &part, "in time");
-    assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
+    assert_eq!(*bench.master.counters(), i2c::Counters::default());
 }
 
 #[test]
@@ -229,9 +231,9 @@ fn f02_a_refusal_at_any_byte_ends_the_transaction_and_frees_the_bus() {
             assert_eq!(part.take_seen(), seen(write, read), "after {story}");
         }
     }
-    let counters = i2c::counters::Counters {
+    let counters = i2c::Counters {
         nacks: refusals,
-        ..i2c::counters::Counters::default()
+        ..i2c::Counters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -266,10 +268,10 @@ fn f02_arbitration_lost_at_any_byte_ends_the_transaction() {
         }
     }
     // Nobody made a stop: the bus is freed by hand before the next start.
-    let counters = i2c::counters::Counters {
+    let counters = i2c::Counters {
         arbitration: losses,
         recoveries: losses,
-        ..i2c::counters::Counters::default()
+        ..i2c::Counters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -377,7 +379,7 @@ fn f03_the_start_frees_a_bus_that_a_reset_left_in_mid_byte() {
         let mut bench = Bench::after(part, 5, |unit| unit.data_held = clocks);
         assert!(!bench.master.is_dead(), "{clocks} clocks");
         assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
-        assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
+        assert_eq!(*bench.master.counters(), i2c::Counters::default());
     }
 }
 
@@ -447,7 +449,7 @@ fn f03_the_other_bus_bears_a_recovery() {
         assert_eq!(well.run(&transaction(1, 4)), Ok(answer(4)), "call {call}");
         assert_eq!(part.take_seen(), seen(1, 4), "call {call}");
     }
-    assert_eq!(*well.master.counters(), i2c::counters::Counters::default());
+    assert_eq!(*well.master.counters(), i2c::Counters::default());
 }
 
 #[test]

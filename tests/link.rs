@@ -7,13 +7,14 @@
 use std::time::{Duration, Instant};
 
 use amiro_ipf::BUILD_ID;
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::health::Health;
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::config::{Config, Source};
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, STORE_BYTES};
 use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::Health;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};

@@ -2,13 +2,15 @@
 
 mod common;
 
-use amiro_ipf::can::CanState;
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusState, Health};
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::config::{Config, StepRule};
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorState};
 use amiro_ipf::event::{ClockSource, Event, Status};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;

@@ -9,11 +9,11 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use amiro_ipf::board::health::Health;
 use amiro_ipf::config::{Choice, Config, Source, StepRule};
 use amiro_ipf::event::{Event, OffsetReport, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
-use amiro_ipf::health::Health;
 use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::WheelSpeeds;
 use amiro_ipf::node::Node;

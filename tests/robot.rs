@@ -2,9 +2,9 @@
 //!
 //! Names that begin with f01 to f31 are entries of the fault catalogue.
 
-use amiro_ipf::can::TransmittedPose;
+use amiro_ipf::board::can::TransmittedPose;
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::config::{Config, Source};
-use amiro_ipf::driver::{SensorFault, SensorState};
 use amiro_ipf::event::{Event, Particles};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};

@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::board::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
-use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 

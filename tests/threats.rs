@@ -4,7 +4,10 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::can::{BodySpeed, Identifier, Message, actual_speed, proximity_ring, target_speed};
+use amiro_ipf::board::acquisition::{Heard, Senses};
+use amiro_ipf::board::can::{
+    BodySpeed, Identifier, Message, actual_speed, proximity_ring, target_speed,
+};
 use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::{Boot, ClockSource, Event};
 use amiro_ipf::fault::Fault;
@@ -13,7 +16,6 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::WheelSpeeds;
 use amiro_ipf::node::Node;
-use amiro_ipf::senses::{Heard, Senses};
 use amiro_ipf::sensor::{SENSORS, Sample};
 use amiro_ipf::wire::{self, Decoder, Encoder, Outgoing, Received, Terminal, WINDOW, WIRE_VERSION};
 use sim_harness::world::Scenario;
@@ -257,7 +259,7 @@ fn speeds_on_the_robot_s_bus_are_no_input_and_no_frame_of_the_board_commands_a_w
         assert_eq!(usize::from(identifier.bits()), 0x182 + 8 * sensor);
         assert!(Message::decode(&frame).is_err(), "{frame:?}");
     }
-    for place in ["src/bin/firmware", "src/senses"] {
+    for place in ["src/bin/firmware", "src/board/acquisition"] {
         for (path, text) in common::rust_files(place) {
             for word in ["target_speed", "actual_speed"] {
                 assert!(!text.contains(word), "{} has {word}", path.display());

@@ -6,10 +6,16 @@
 
 use std::time::{Duration, Instant};
 
-use amiro_ipf::can::CanState;
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
+use amiro_ipf::board::supervision::{
+    Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
+};
 use amiro_ipf::checksum::Digest;
 use amiro_ipf::config::{Choice, Config, Source, StepRule};
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorFault, SensorState};
 use amiro_ipf::event::{
     BATCH, BoardStatus, Boot, ClockSource, Event, NodeStatus, Obstacle, OffsetReport,
     ParticleEvent, Particles, Status, StepBegun, StepDone,
@@ -19,7 +25,6 @@ use amiro_ipf::filter::{
     FilterParameters, NothingDraw, Outcome, ParticleSet, Profile, SurvivalRule,
 };
 use amiro_ipf::geometry::{Point, Pose};
-use amiro_ipf::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
 use amiro_ipf::input::Input;
 use amiro_ipf::kinematics::{DifferentialDrive, WheelSpeeds};
 use amiro_ipf::node::Node;
@@ -28,9 +33,6 @@ use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sampling;
 use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::{Photometry, Ring, Sample, SensorMask};
-use amiro_ipf::supervision::{
-    Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
-};
 use amiro_ipf::wire::{
     Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Received,
     SCENARIO_CHUNK, Truth, WINDOW, WIRE_VERSION,
@@ -582,7 +584,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     ]);
     assert_eq!(amiro_ipf::checksum::CRC.checksum(b"123456789"), 0xcbf4_3926);
     // The board's line is the firmware's alone: its source is all a host can ask.
-    let board = include_str!("../src/bin/firmware/board/mod.rs");
+    let board = include_str!("../src/bin/firmware/hal/mod.rs");
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
     let budget = include_str!("../src/board/budget.rs");

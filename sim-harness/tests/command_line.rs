@@ -9,11 +9,11 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
-use amiro_ipf::driver::{OffsetOrigin, Offsets};
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
+use amiro_ipf::board::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
 use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
-use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
 use amiro_ipf::wire::{Decoder, Encoder, Frame, Message, Outgoing, Received, WIRE_VERSION};
 use serialport::{SerialPort, TTYPort};
 

@@ -9,12 +9,12 @@ use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use amiro_ipf::board::supervision::{Cause, PostMortem};
 use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{SENSORS, Sample};
-use amiro_ipf::supervision::{Cause, PostMortem};
 use amiro_ipf::wire::{Encoder, Outgoing};
 use sim_harness::log::RecordingWriter;
 

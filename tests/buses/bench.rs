@@ -1,9 +1,10 @@
 //! The ring on the robot's buses, round after round.
 
-use amiro_ipf::driver::branch::ROUND_PERIOD_US;
-use amiro_ipf::driver::{Branch, ProximityRing, SensorState, Transaction};
+use amiro_ipf::board::acquisition::{BUSES, ProximityRing};
+use amiro_ipf::board::i2c::Transaction;
+use amiro_ipf::board::i2c::muxed_bus::{Branch, ROUND_PERIOD_US};
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::senses::BUSES;
 use amiro_ipf::sensor::{SENSORS, Sample};
 use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
 

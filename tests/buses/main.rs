@@ -6,7 +6,8 @@ mod bench;
 mod drivers;
 mod rounds;
 
-use amiro_ipf::driver::{Bus, SensorFault as Known, SensorState};
+use amiro_ipf::board::acquisition::Bus;
+use amiro_ipf::board::sensor_state::{SensorFault as Known, SensorState};
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::{Photometry, Reading, SENSORS, Sample};
 use bench::Bench;

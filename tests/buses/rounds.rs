@@ -1,8 +1,8 @@
 //! Rounds: what they take, whom they visit, and what the ring keeps of them.
 
-use amiro_ipf::driver::branch::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, ProximityRing, SensorState};
-use amiro_ipf::senses::BUSES;
+use amiro_ipf::board::acquisition::{AMIRO_PLACES, BUSES, Bus, ProximityRing};
+use amiro_ipf::board::i2c::muxed_bus::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
 use sim_harness::bus::{Fault, MuxFault, SensorFault};
 

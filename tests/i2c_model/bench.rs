@@ -3,14 +3,13 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use amiro_ipf::driver::{BusFault, Transaction};
+use amiro_ipf::board::i2c::{BusFault, Master, Progress, Timing, Transaction};
 use amiro_ipf::random::{Generator, uniform_below};
 
 use sim_harness::bus::Device;
 
 use super::Unit;
 use super::unit::Wired;
-use amiro_ipf::board::i2c::{Master, Progress, Timing};
 
 /// The patrol's period.
 pub(crate) const PATROL_NS: u64 = 500_000;

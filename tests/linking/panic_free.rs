@@ -22,14 +22,16 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
-    use amiro_ipf::can::{Frame, Identifier};
-    use amiro_ipf::driver::{Bus, OffsetMeasurement, Offsets, ProximityRing, STORE_BYTES, at24c01};
+    use amiro_ipf::board::acquisition::{Bus, ProximityRing, Senses};
+    use amiro_ipf::board::calibration::OffsetMeasurement;
+    use amiro_ipf::board::can::{Frame, Identifier};
+    use amiro_ipf::board::eeprom;
+    use amiro_ipf::board::offsets::{Offsets, STORE_BYTES};
+    use amiro_ipf::board::supervision::{LIVES, Lives, LoadGuard, PostMortem, WORDS};
     use amiro_ipf::event::{Boot, ClockSource};
     use amiro_ipf::filter::ParticleSet;
     use amiro_ipf::node::Node;
     use amiro_ipf::seed::{self, from_words};
-    use amiro_ipf::senses::Senses;
-    use amiro_ipf::supervision::{LIVES, Lives, LoadGuard, PostMortem, WORDS};
     use amiro_ipf::wire::Terminal;
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
@@ -92,10 +94,10 @@ mod alone {
         ring.set_offsets(offsets.counts);
         let mut bytes = black_box([0; STORE_BYTES]);
         offsets.encode(&mut bytes);
-        for part in at24c01::writes(at24c01::ADDRESS_AMIRO, black_box(0), &bytes) {
+        for part in eeprom::writes(eeprom::ADDRESS_AMIRO, black_box(0), &bytes) {
             black_box(part);
         }
-        for part in at24c01::reads(at24c01::ADDRESS_AMIRO, black_box(0), black_box(36)) {
+        for part in eeprom::reads(eeprom::ADDRESS_AMIRO, black_box(0), black_box(36)) {
             black_box(part);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::driver::{BusFault, Transaction};
+use amiro_ipf::board::i2c::{BusFault, Transaction};
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use super::{Device, FakeBus, LineFault};

@@ -1,6 +1,8 @@
 //! The AMiRo's two buses, populated.
 
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01};
+use amiro_ipf::board::acquisition::{AMIRO_PLACES, Bus};
+use amiro_ipf::board::eeprom;
+use amiro_ipf::board::i2c::muxed_bus::MUX_ADDRESS;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::SENSORS;
 
@@ -35,7 +37,7 @@ impl RobotParts {
         let sensors = core::array::from_fn(|_| Vcnl4020Model::default());
         Self {
             mux: Pca9544aModel::new(MUX_ADDRESS.bits(), sensors),
-            memory: (bus == 1).then(|| At24c01Model::new(at24c01::ADDRESS_AMIRO)),
+            memory: (bus == 1).then(|| At24c01Model::new(eeprom::ADDRESS_AMIRO)),
         }
     }
 }

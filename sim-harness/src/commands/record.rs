@@ -5,9 +5,9 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::board::health::Health;
 use amiro_ipf::event::{Event, Status};
 use amiro_ipf::fault::Fault;
-use amiro_ipf::health::Health;
 use amiro_ipf::sensor::SensorMask;
 use clap::Args;
 use sim_harness::console;

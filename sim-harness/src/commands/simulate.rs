@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::slice;
 
-use amiro_ipf::health::{BusState, Health};
+use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
 use clap::Args;
 use sim_harness::console;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::driver::DEFAULT_OFFSET;
+use amiro_ipf::board::proximity_sensor::DEFAULT_OFFSET;
 use amiro_ipf::input::Input;
 use amiro_ipf::random::{Generator, uniform};
 use amiro_ipf::sensor::{SENSORS, Sample};

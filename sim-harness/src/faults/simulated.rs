@@ -3,8 +3,8 @@
 use std::io::{Error, Write};
 use std::time::Duration;
 
+use amiro_ipf::board::health::Health;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::health::Health;
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::Truth;
 

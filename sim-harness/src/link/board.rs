@@ -5,10 +5,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
+use amiro_ipf::board::supervision::PostMortem;
 use amiro_ipf::event::{Boot, Event, OffsetReport};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
-use amiro_ipf::supervision::PostMortem;
 use amiro_ipf::wire::{
     Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
 };

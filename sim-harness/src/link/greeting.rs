@@ -8,8 +8,8 @@
 
 use std::hash::{BuildHasher, RandomState};
 
+use amiro_ipf::board::supervision::PostMortem;
 use amiro_ipf::event::{Boot, Event, OffsetReport};
-use amiro_ipf::supervision::PostMortem;
 use amiro_ipf::wire::{Frame, Message};
 
 /// Frames from the `Boot` of an answer to its `Answer`: `PostMortem` and `Offsets` may

@@ -8,10 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use amiro_ipf::BUILD_ID;
+use amiro_ipf::board::acquisition::{BUSES, Senses};
 use amiro_ipf::event::{Boot, ClockSource, Event};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::node::Node;
-use amiro_ipf::senses::{BUSES, Senses};
 use amiro_ipf::wire::{Importance, Terminal, WINDOW, WIRE_VERSION};
 
 use super::Board;

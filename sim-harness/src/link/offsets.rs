@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::driver::OffsetOrigin;
+use amiro_ipf::board::offsets::OffsetOrigin;
 use amiro_ipf::event::{Event, OffsetReport};
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::Message;

@@ -1,6 +1,6 @@
 //! Saying how a board's last life ended.
 
-use amiro_ipf::supervision::PostMortem;
+use amiro_ipf::board::supervision::PostMortem;
 
 use crate::escape::whole_escaped;
 
@@ -22,7 +22,7 @@ pub fn post_mortem_in_words(record: &PostMortem) -> String {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::supervision::Cause;
+    use amiro_ipf::board::supervision::Cause;
 
     use super::*;
 

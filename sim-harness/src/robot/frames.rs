@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::can::{Frame, StandardId};
+use amiro_ipf::board::can::{Frame, StandardId};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, uniform};
 

@@ -2,15 +2,16 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{Bus, SensorState, Transaction};
+use amiro_ipf::board::acquisition::{BUSES, Bus, Heard, Senses};
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{CanHealth, Health};
+use amiro_ipf::board::i2c::Transaction;
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::{CanHealth, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::random::Generator;
 use amiro_ipf::seed::SeedSource;
-use amiro_ipf::senses::{BUSES, Heard, Senses};
 use amiro_ipf::sensor::SENSORS;
 
 use super::bring_up::buses;

@@ -1,6 +1,6 @@
 //! The board that drives the wheels and tells the others where the robot is.
 
-use amiro_ipf::can::{self, Frame};
+use amiro_ipf::board::can::{self, Frame};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::Generator;
 

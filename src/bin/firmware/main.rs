@@ -18,9 +18,9 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod board;
-#[cfg(target_os = "none")]
 mod clock;
+#[cfg(target_os = "none")]
+mod hal;
 #[cfg(target_os = "none")]
 mod link;
 #[cfg(target_os = "none")]
@@ -43,15 +43,15 @@ fn main() -> std::process::ExitCode {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC])]
 mod app {
+    use amiro_ipf::board::acquisition::Bus;
     use amiro_ipf::board::budget::CAPACITY;
-    use amiro_ipf::driver::Bus;
+    use amiro_ipf::board::supervision::{ProgrammingPort, Task};
     use amiro_ipf::filter::ParticleSet;
-    use amiro_ipf::supervision::{ProgrammingPort, Task};
     use rtic_monotonics::systick::prelude::*;
     use stm32f4xx_hal::pac::{Interrupt, USART1};
 
-    use crate::board::{Board, Led, Watchdog};
     use crate::clock::{BEATS, Microseconds, Mono};
+    use crate::hal::{Board, Led, Watchdog};
     use crate::link::{Line, Queues};
     use crate::program::Program;
     use crate::sampler::{Reports, Sampler};
@@ -107,7 +107,7 @@ mod app {
     /// Sleeps until the next interrupt.
     #[idle]
     fn idle(_: idle::Context) -> ! {
-        crate::board::repaint_stack();
+        crate::hal::repaint_stack();
         loop {
             cortex_m::asm::wfi();
         }

@@ -1,15 +1,15 @@
 //! What `think` does: beats and received bytes in, frames out.
 
+use amiro_ipf::board::supervision::{LoadGuard, Mode, Supervision, Task};
 use amiro_ipf::config::{Config, Source};
 use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::input::Input;
 use amiro_ipf::node::Node;
-use amiro_ipf::supervision::{LoadGuard, Mode, Supervision, Task};
 use amiro_ipf::wire::Terminal;
 
-use crate::board::{self, Introduction, Loader};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
+use crate::hal::{self, Introduction, Loader};
 use crate::link::{Inbox, Outbox};
 use crate::sampler::{Report, Reported, want_calibration};
 use crate::watch::{ROLL, is_shutdown_wanted};
@@ -142,7 +142,7 @@ impl Program {
             let stamp_us = self.status.uptime_ms * 1000;
             self.inject(&Input::Tick { stamp_us });
         }
-        board::live_on(self.status.uptime_ms, self.steps_seen);
+        hal::live_on(self.status.uptime_ms, self.steps_seen);
         self.supervise();
         self.status.sent_frames = self.outbox.sent();
         self.status.dropped_frames = self.outbox.dropped();
@@ -172,7 +172,7 @@ impl Program {
             self.tell(&Event::Supervision(self.supervision));
         }
         if self.beats.is_multiple_of(SUPERVISED_EVERY) {
-            self.supervision.stack_unused = board::unused_stack();
+            self.supervision.stack_unused = hal::unused_stack();
             self.tell(&Event::Supervision(self.supervision));
         }
     }

@@ -2,18 +2,17 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::{Bus, Heard, Senses};
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health};
 use amiro_ipf::event::OffsetReport;
-use amiro_ipf::health::{BusHealth, BusState, CanHealth, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
-use amiro_ipf::senses::{Heard, Senses};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 
-use crate::board::{BusOne, BusTwo, Can, SenseUnits, ShutdownLine};
 use crate::clock::Microseconds;
+use crate::hal::{BusOne, BusTwo, Can, SenseUnits, ShutdownLine};
 use crate::watch::want_shutdown;
 use amiro_ipf::board::budget::REPORT_QUEUE;
 use amiro_ipf::board::i2c::{Master, Progress, Registers};

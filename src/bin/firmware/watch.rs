@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use amiro_ipf::supervision::Roll;
+use amiro_ipf::board::supervision::Roll;
 
 /// Who still runs.
 pub(crate) static ROLL: Roll = Roll::new();

@@ -1,15 +1,15 @@
 //! The unit's life: into initialisation, onto the bus, off it and back.
 
-use crate::can::{CanState, Frame, Identifier, StandardId};
+use super::{CanState, Frame, Identifier, StandardId};
 use heapless::Vec;
 
+use super::bit_timing::BitTiming;
 use super::filters;
 use super::mailboxes::Mailboxes;
 use super::registers::{
     ABOM, AWUM, BOFF, BOFIE, ERRI, FMP0, FMPIE0, FOVR0, IDE, INAK, INRQ, RFOM0, RTR, Register,
     Registers, TXFP,
 };
-use super::timing::BitTiming;
 
 /// A unit that has not gone into initialisation after this long is not there,
 /// microseconds. One that is needs the rest of a frame, 0.13 ms, at most.

@@ -1,6 +1,6 @@
 //! What the unit lets in: the identifiers that are read, as data frames, nothing else.
 
-use crate::can::{READ, StandardId};
+use super::{READ, StandardId};
 
 use super::registers::{FINIT, Register, Registers};
 

@@ -1,6 +1,6 @@
 //! Frames that wait to be sent: three places in the unit.
 
-use crate::can::{Frame, Identifier};
+use super::{Frame, Identifier};
 
 use super::registers::{IDE, RTR, Register, Registers, TXRQ};
 

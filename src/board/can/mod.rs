@@ -5,12 +5,28 @@
 //! does not serve: several of its calls, leaving initialisation among them, poll until
 //! the unit answers, which without a bus or in an emulator is never.
 
+mod bit_timing;
 mod controller;
+mod encode;
 mod filters;
+mod frame;
+mod identifier;
 mod mailboxes;
+mod message;
 mod registers;
-mod timing;
+mod schedule;
+mod speed;
+mod state;
+mod transmitted;
 
+pub use bit_timing::BitTiming;
 pub use controller::{CanHealth, Controller};
+pub use encode::{actual_speed, odometry, proximity_ring, scaled_above_offset, target_speed};
+pub use frame::Frame;
+pub use identifier::{Board, Identifier, StandardId};
+pub use message::{Ignored, Message, READ};
 pub use registers::{Register, Registers};
-pub use timing::BitTiming;
+pub use schedule::{CYCLE_US, LEAST_GAP_US, RingSchedule};
+pub use speed::BodySpeed;
+pub use state::CanState;
+pub use transmitted::TransmittedPose;

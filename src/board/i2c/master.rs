@@ -1,6 +1,6 @@
 //! One transaction at a time over one I2C unit.
 
-use crate::driver::{BusFault, LONGEST_READ, Transaction};
+use crate::board::i2c::{BusFault, LONGEST_READ, Transaction};
 use heapless::Vec;
 
 use super::counters::{Counters, count};

@@ -29,15 +29,19 @@
 //! and whose limitations are kept clear of here as well. None of this has been
 //! verified on hardware.
 
-pub mod counters;
+mod counters;
 mod limits;
 mod master;
+pub mod muxed_bus;
 mod recovery;
 mod registers;
 mod stage;
 mod timing;
+mod transaction;
 
+pub use counters::Counters;
 pub use master::Master;
 pub use registers::{Line, Register, Registers};
 pub use stage::Progress;
 pub use timing::Timing;
+pub use transaction::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction, clocks};

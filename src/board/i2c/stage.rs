@@ -1,6 +1,6 @@
 //! How far a transaction is.
 
-use crate::driver::BusFault;
+use crate::board::i2c::BusFault;
 
 /// What a call has led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use core::fmt::Write;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::Bus;
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
 use cortex_m::peripheral::{SCB, SYST};

@@ -10,10 +10,10 @@ use stm32f4xx_hal::rcc::Rcc;
 use amiro_ipf::board::can::{self, Controller};
 use amiro_ipf::board::i2c::{self, Line, Master, Register, Registers};
 
-#[path = "../../../src/bin/firmware/board/clocks.rs"]
+#[path = "../../../src/bin/firmware/hal/clocks.rs"]
 mod clocks;
 #[expect(dead_code, reason = "nobody waits for this board")]
-#[path = "../../../src/bin/firmware/board/robot_lines.rs"]
+#[path = "../../../src/bin/firmware/hal/robot_lines.rs"]
 mod robot_lines;
 
 pub(crate) use robot_lines::ShutdownLine;

@@ -1,7 +1,8 @@
 //! What is at the other end of the registers. None of it runs while calls are counted.
 
-use amiro_ipf::can::{Board, StandardId};
-use amiro_ipf::driver::{MUX_ADDRESS, at24c01, vcnl4020};
+use amiro_ipf::board::can::{Board, StandardId};
+use amiro_ipf::board::i2c::muxed_bus::MUX_ADDRESS;
+use amiro_ipf::board::{eeprom, vcnl4020};
 
 use crate::board::{CanCells, I2cCells, STOP};
 use amiro_ipf::board::can;
@@ -146,7 +147,7 @@ impl Parts {
         match self.address {
             MUX => self.channel,
             // Blank: the offsets are the defaults.
-            at24c01::ADDRESS_AMIRO => 0xff,
+            eeprom::ADDRESS_AMIRO => 0xff,
             vcnl4020::ADDRESS => {
                 self.pointer = register.wrapping_add(1);
                 match register {

@@ -1,9 +1,9 @@
 //! Any frames on the robot's bus, any answers on the I2C buses.
 
-use amiro_ipf::can::{Frame, Identifier, StandardId};
-use amiro_ipf::driver::{Bus, BusFault, Transaction};
+use amiro_ipf::board::acquisition::{BUSES, Bus, Heard, ROUND_US, Senses};
+use amiro_ipf::board::can::{Frame, Identifier, StandardId};
+use amiro_ipf::board::i2c::{BusFault, Transaction};
 use amiro_ipf::input::Input;
-use amiro_ipf::senses::{BUSES, Heard, ROUND_US, Senses};
 use amiro_ipf::sensor::{SENSORS, Sample};
 use sim_harness::bus::RobotBuses;
 

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use amiro_ipf::supervision::{Cause, LIVES, Lives, PostMortem, WORDS};
+use amiro_ipf::board::supervision::{Cause, LIVES, Lives, PostMortem, WORDS};
 
 /// Memory that a reset leaves alone; after power-on it holds anything.
 struct Kept {

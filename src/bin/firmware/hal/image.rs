@@ -2,8 +2,8 @@
 
 #![expect(unsafe_code, reason = "the image is no object of the language")]
 
+use amiro_ipf::board::supervision::ImageCheck;
 use amiro_ipf::checksum::CRC;
-use amiro_ipf::supervision::ImageCheck;
 
 /// Length and checksum of the image, written by whoever makes a file to flash; erased
 /// flash, as in the ELF file, means that nobody did. The checksum is over the whole

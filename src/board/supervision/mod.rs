@@ -4,19 +4,19 @@
 //! Values and rules only: registers, memory that survives a reset and the watchdog are
 //! the board's. What is found is said in the stream.
 
-mod lives;
+mod boot_history;
 mod load;
 mod post_mortem;
 mod programming_port;
-mod roll;
+mod task_check_in;
 
 use serde::{Deserialize, Serialize};
 
-pub use lives::{LIVES, Lives, SHORT_MS};
+pub use boot_history::{LIVES, Lives, SHORT_MS};
 pub use load::{LoadGuard, STAGES};
 pub use post_mortem::{Cause, PLACE, PostMortem, Registers, WORDS};
 pub use programming_port::ProgrammingPort;
-pub use roll::{Roll, Task};
+pub use task_check_in::{Roll, Task};
 
 /// How the image watches over itself, once a second and after a start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

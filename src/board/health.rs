@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::can::CanState;
-use crate::driver::{OffsetOrigin, SensorState};
+use crate::board::can::CanState;
+use crate::board::offsets::OffsetOrigin;
+use crate::board::sensor_state::SensorState;
 use crate::seed::SeedSource;
 use crate::sensor::SENSORS;
 

@@ -7,7 +7,9 @@
 //! # Example
 //!
 //! ```
-//! use amiro_ipf::driver::{Bus, BusFault, ProximityRing, SensorState};
+//! use amiro_ipf::board::acquisition::{Bus, ProximityRing};
+//! use amiro_ipf::board::i2c::BusFault;
+//! use amiro_ipf::board::sensor_state::SensorState;
 //! use amiro_ipf::sensor::Sample;
 //!
 //! let mut ring = ProximityRing::new();
@@ -28,9 +30,9 @@
 
 use pca9544a::Channel;
 
-use super::branch::{Branch, BranchCounters};
-use super::proximity_sensor::ProximitySensor;
-use super::sensor_state::{SensorCounters, SensorState};
+use crate::board::i2c::muxed_bus::{Branch, BranchCounters};
+use crate::board::proximity_sensor::ProximitySensor;
+use crate::board::sensor_state::{SensorCounters, SensorState};
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
 /// One of the two buses.
@@ -162,7 +164,7 @@ impl ProximityRing {
     }
 
     /// The raw values of the sensors that are trusted now, for
-    /// [`OffsetMeasurement`](super::OffsetMeasurement).
+    /// [`OffsetMeasurement`](crate::board::calibration::OffsetMeasurement).
     #[must_use]
     pub fn trusted_raw(&self, now_us: u64) -> [Option<u16>; SENSORS] {
         AMIRO_PLACES.map(|place| {

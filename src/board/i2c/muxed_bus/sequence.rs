@@ -8,7 +8,9 @@ use vcnl4020::{Command, IDENTITY, Measurement};
 use super::channels::Channels;
 use super::counters::BranchCounters;
 use super::timing::SECOND_VISITS_UNTIL_US;
-use crate::driver::{BusFault, MUX_ADDRESS, ProximitySensor, SENSOR_CONFIGURATION, Transaction};
+use crate::board::i2c::muxed_bus::{MUX_ADDRESS, SENSOR_CONFIGURATION};
+use crate::board::i2c::{BusFault, Transaction};
+use crate::board::proximity_sensor::ProximitySensor;
 
 /// What the next transaction is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +95,7 @@ impl Branch {
     }
 
     /// Adds the sensor on a channel to those in use, from the next round on.
-    pub(in crate::driver) fn add(&mut self, channel: Channel) {
+    pub(in crate::board) fn add(&mut self, channel: Channel) {
         self.in_use.insert(channel);
     }
 

@@ -1,6 +1,6 @@
 //! How long a round holds its bus.
 
-use crate::driver::clocks;
+use crate::board::i2c::clocks;
 
 /// Time between two rounds at the sensors' 125 Hz.
 pub const ROUND_PERIOD_US: u64 = 8_000;

@@ -149,7 +149,7 @@ mod tests {
     fn transactions_of_the_parts_keep_their_bytes() {
         use vcnl4020::transactions::{read_measurement, write_thresholds};
 
-        let mux = crate::driver::MUX_ADDRESS;
+        let mux = crate::board::i2c::muxed_bus::MUX_ADDRESS;
         let select = pca9544a::transactions::select(mux, pca9544a::Channel::Three);
         assert_eq!(
             Transaction::of_mux(&select),

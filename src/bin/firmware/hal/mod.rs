@@ -6,16 +6,16 @@ mod entry;
 mod faults;
 mod i2c_port;
 mod image;
-mod last_words;
 mod loader;
 mod random_unit;
+mod retained_ram;
 mod robot_lines;
 mod stack;
 
 use amiro_ipf::BUILD_ID;
+use amiro_ipf::board::supervision::{ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use amiro_ipf::event::{Boot, ClockSource};
 use amiro_ipf::seed::{SeedSource, from_unique_number, from_words};
-use amiro_ipf::supervision::{ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use amiro_ipf::wire::{WINDOW, WIRE_VERSION};
 use stm32f4xx_hal::gpio::alt::can1;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB12, PinState};
@@ -32,8 +32,8 @@ use amiro_ipf::board::i2c::{Master, Timing};
 use can_unit::CanUnit;
 use i2c_port::Port;
 
-pub(crate) use last_words::{keep, live_on, record_of};
 pub(crate) use loader::Loader;
+pub(crate) use retained_ram::{keep, live_on, record_of};
 pub(crate) use robot_lines::{ShutdownLine, StartLine};
 pub(crate) use stack::{repaint as repaint_stack, unused as unused_stack};
 
@@ -147,7 +147,7 @@ impl Board {
         let _: can1::Rx = gpio_a.pa11.into_alternate().into();
         let _: can1::Tx = gpio_a.pa12.into_alternate().into();
         let can = CanUnit::start(device.CAN1, &mut rcc);
-        let boots = last_words::count_boot();
+        let boots = retained_ram::count_boot();
         let (seed, seed_source) = draw_seed(&device.RNG, &mut rcc, clock, boots);
         let baud = fastest_baud(bus_hz);
         let pins = (gpio_a.pa2.into_alternate(), gpio_a.pa3.into_alternate());
@@ -165,7 +165,7 @@ impl Board {
             Some(port)
         });
         let (post_mortem, is_loop) =
-            last_words::begin(reset == ResetCause::Watchdog, reset.may_be_death());
+            retained_ram::begin(reset == ResetCause::Watchdog, reset.may_be_death());
         let image = image::check();
         let supervision = Supervision {
             mode: match image {

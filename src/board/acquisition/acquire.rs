@@ -1,29 +1,19 @@
-//! The robot's own senses: eight sensors on two buses, odometry on a third.
-//!
-//! Like the node, this reads no clock and no pin. It says which transaction is next on
-//! each I2C bus and takes its answer, takes the frames of the robot's bus, and gives
-//! the node's inputs. What executes the transactions and moves the frames is the flash
-//! image's interrupts on a robot and a loop in a simulation.
+//! From bus transactions and CAN frames to the node's inputs.
 
-mod store;
-mod update_clock;
-
-use crate::can::{Frame, Message, RingSchedule, proximity_ring};
-use crate::driver::{
-    AMIRO_PLACES, Bus, BusFault, OffsetMeasurement, OffsetOrigin, Offsets, ProximityRing,
-    Transaction,
-};
+use crate::board::acquisition::{AMIRO_PLACES, Bus, ProximityRing};
+use crate::board::calibration::OffsetMeasurement;
+use crate::board::can::{Frame, Message, RingSchedule, proximity_ring};
+use crate::board::health::{BusHealth, BusState, CanHealth, SensorHealth};
+use crate::board::i2c::{BusFault, Transaction};
+use crate::board::offsets::{OffsetOrigin, Offsets};
 use crate::event::OffsetReport;
 use crate::geometry::Pose;
-use crate::health::{BusHealth, BusState, CanHealth, SensorHealth};
 use crate::input::Input;
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
-use store::OffsetStore;
-use update_clock::UpdateClock;
-
-pub use crate::driver::branch::ROUND_PERIOD_US as ROUND_US;
-pub use update_clock::ODOMETRY_AGE_US;
+use super::ROUND_US;
+use super::update_clock::UpdateClock;
+use crate::board::offset_store::OffsetStore;
 
 /// The two I2C buses, in the order of their numbers.
 pub const BUSES: [Bus; 2] = [Bus::I2c1, Bus::I2c2];

@@ -1,12 +1,13 @@
 //! The memory of the offsets: read once at start, written after a calibration.
 
-use crate::driver::at24c01::{self, ADDRESS_AMIRO};
-use crate::driver::{BusFault, Offsets, STORE_BYTES, StoreFault, Transaction};
+use crate::board::eeprom::{self, ADDRESS_AMIRO};
+use crate::board::i2c::{BusFault, Transaction};
+use crate::board::offsets::{Offsets, STORE_BYTES, StoreFault};
 
 /// Where the offsets begin; what lies before them is AMiRo-OS's.
 const OFFSETS_AT: usize = 0x14;
 /// How long a memory is left alone after a page, microseconds: its longest write cycle.
-const LEFT_ALONE_US: u64 = at24c01::WRITE_CYCLE_US as u64;
+const LEFT_ALONE_US: u64 = eeprom::WRITE_CYCLE_US as u64;
 /// Between two questions to a memory that is still writing, microseconds.
 const ASKED_EVERY_US: u64 = 1_000;
 /// Questions after which it is given up.
@@ -67,17 +68,17 @@ impl OffsetStore {
     pub(super) fn next(&self, now_us: u64) -> Option<Transaction> {
         match self.work {
             Work::Idle => None,
-            Work::Read(part) => at24c01::reads(ADDRESS_AMIRO, 0, STORE_BYTES).nth(part),
+            Work::Read(part) => eeprom::reads(ADDRESS_AMIRO, 0, STORE_BYTES).nth(part),
             Work::Write(part) => self.writes().nth(part),
             Work::Settle { ask_us, .. } => {
-                (now_us >= ask_us).then(|| at24c01::ask_whether_ready(ADDRESS_AMIRO))
+                (now_us >= ask_us).then(|| eeprom::ask_whether_ready(ADDRESS_AMIRO))
             }
         }
     }
 
     fn writes(&self) -> impl Iterator<Item = Transaction> {
         let offsets = self.bytes.get(OFFSETS_AT..).unwrap_or_default();
-        at24c01::writes(ADDRESS_AMIRO, OFFSETS_AT as u8, offsets)
+        eeprom::writes(ADDRESS_AMIRO, OFFSETS_AT as u8, offsets)
     }
 
     /// Takes the result of the transaction before.

@@ -5,7 +5,9 @@ use pca9544a::Channel;
 use pca9544a::transactions::deselect;
 
 use super::*;
-use crate::driver::{BusFault, MUX_ADDRESS, SensorState, Transaction};
+use crate::board::i2c::muxed_bus::MUX_ADDRESS;
+use crate::board::i2c::{BusFault, Transaction};
+use crate::board::sensor_state::SensorState;
 use crate::random::{Generator, uniform_below};
 
 /// Runs a round with these answers and gives the number of its transactions.

@@ -7,10 +7,10 @@
 
 use core::arch::global_asm;
 
-use amiro_ipf::supervision::{Cause, Registers};
+use amiro_ipf::board::supervision::{Cause, Registers};
 use cortex_m::peripheral::{NVIC, SCB};
 
-use super::{last_words, stack};
+use super::{retained_ram, stack};
 
 // All of these take a stack of their own before they do anything: after an overflow
 // there is none left. They hand over the old one, and never return.
@@ -86,7 +86,7 @@ extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
     } else {
         Cause::Fault
     };
-    let mut record = last_words::record_of(cause);
+    let mut record = retained_ram::record_of(cause);
     record.registers = Registers {
         sp,
         cfsr,
@@ -94,7 +94,7 @@ extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
         address,
         ..frame(sp, cfsr)
     };
-    last_words::keep(&record);
+    retained_ram::keep(&record);
     SCB::sys_reset()
 }
 
@@ -116,9 +116,9 @@ extern "C" fn handle_unhandled(sp: u32, exception: u32) {
         }
         return;
     }
-    let mut record = last_words::record_of(Cause::Panic).at(UNHANDLED, exception);
+    let mut record = retained_ram::record_of(Cause::Panic).at(UNHANDLED, exception);
     record.registers = Registers { sp, ..frame(sp, 0) };
-    last_words::keep(&record);
+    retained_ram::keep(&record);
     SCB::sys_reset()
 }
 

@@ -34,10 +34,12 @@
 mod channels;
 mod counters;
 mod sequence;
+mod settings;
 mod timing;
 
 pub use counters::BranchCounters;
 pub use sequence::Branch;
+pub use settings::{MUX_ADDRESS, SENSOR_CONFIGURATION};
 pub use timing::{
     LONGEST_FIRST_VISITS_CLOCKS, ROUND_PERIOD_US, SECOND_VISITS_UNTIL_US, USUAL_ROUND_CLOCKS,
     longest_round_us,

@@ -3,7 +3,7 @@
 use vcnl4020::{Measurement, SATURATED};
 
 use super::sensor_state::{SensorCounters, SensorFault, SensorState};
-use super::watch::{Watch, is_dazzled};
+use super::signal_check::{Watch, is_dazzled};
 use crate::sampling::MAX_SAMPLE_AGE_US;
 use crate::sensor::Sample;
 

@@ -9,7 +9,7 @@
 //! # Example
 //!
 //! ```
-//! use amiro_ipf::driver::at24c01::{ADDRESS_AMIRO, writes};
+//! use amiro_ipf::board::eeprom::{ADDRESS_AMIRO, writes};
 //!
 //! // Ten bytes from address 5: three to the end of the page, then seven.
 //! let parts: Vec<_> = writes(ADDRESS_AMIRO, 5, &[9; 10]).collect();
@@ -17,7 +17,7 @@
 //! assert_eq!(parts[1].to_write(), [8, 9, 9, 9, 9, 9, 9, 9]);
 //! ```
 
-use super::{LONGEST_READ, Transaction};
+use super::i2c::{LONGEST_READ, Transaction};
 
 /// The address with all three address pins low, as on the AMiRo.
 pub const ADDRESS_AMIRO: u8 = 0x50;
@@ -78,7 +78,7 @@ pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = Tran
     })
 }
 
-/// An address alone: refused as [`NoSuchPart`](super::BusFault::NoSuchPart) as long as a
+/// An address alone: refused as [`NoSuchPart`](super::i2c::BusFault::NoSuchPart) as long as a
 /// page is being written. 1 byte, 110 or 28 us.
 #[must_use]
 pub fn ask_whether_ready(address: u8) -> Transaction {
