@@ -15,7 +15,7 @@ use sim_harness::run;
 /// Start of the image, and its vector table.
 const IMAGE: u32 = 0x0800_8000;
 
-// Registers of the core (ARMv7-M Architecture Reference Manual, B3.2 to B3.5).
+// CoreRegisters of the core (ARMv7-M Architecture Reference Manual, B3.2 to B3.5).
 const SYST_CSR: u32 = 0xe000_e010;
 const SYST_RVR: u32 = 0xe000_e014;
 const NVIC_ISER: u32 = 0xe000_e100;

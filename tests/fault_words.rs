@@ -41,7 +41,7 @@ const ENUMS: [(&str, Option<&str>); 20] = [
     ("CanState", Some("## The robot's own bus")),
     ("Mode", Some("## The image itself")),
     ("ImageCheck", Some("## The image itself")),
-    ("Cause", Some("## The image itself")),
+    ("FailureCause", Some("## The image itself")),
     ("ResetCause", Some("## The image itself")),
     ("ClockSource", Some("## The image itself")),
     ("SeedSource", Some("## The image itself")),
@@ -72,7 +72,7 @@ const STRUCTS: [(&str, Option<&str>); 24] = [
     ("BusHealth", Some("## A bus of sensors")),
     ("CanHealth", Some("## The robot's own bus")),
     ("PostMortem", Some("## The image itself")),
-    ("Registers", Some("## The image itself")),
+    ("CoreRegisters", Some("## The image itself")),
     ("Supervision", Some("## The image itself")),
 ];
 

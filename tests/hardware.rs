@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use amiro_ipf::board::acquisition::{AMIRO_PLACES, Bus, ODOMETRY_AGE_US, ROUND_US};
-use amiro_ipf::board::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
+use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, Bus, ODOMETRY_AGE_US, ROUND_US};
+use amiro_ipf::board::can::{CYCLE_US, LEAST_GAP_US, READ_IDS, StandardId, proximity_ring};
 use amiro_ipf::board::i2c::muxed_bus::{MUX_ADDRESS, USUAL_ROUND_CLOCKS};
 use amiro_ipf::board::{budget, can, i2c};
 use amiro_ipf::board::{eeprom, vcnl4020};
@@ -161,13 +161,13 @@ fn the_debug_probe_s_section_names_the_runner_its_pins_and_the_log_s_level() {
 fn sensors_are_where_the_table_has_them() {
     let rows = rows("Sensors", "sensor");
     assert_eq!(rows.len(), SENSORS);
-    for (index, (row, place)) in rows.iter().zip(AMIRO_PLACES).enumerate() {
+    for (index, (row, place)) in rows.iter().zip(AMIRO_CONNECTIONS).enumerate() {
         let bus = match place.bus {
             Bus::I2c1 => "I2C1",
             Bus::I2c2 => "I2C2",
         };
         let frame = proximity_ring(index, 0, 0).unwrap();
-        let amiro_ipf::board::can::Identifier::Standard(identifier) = frame.identifier() else {
+        let amiro_ipf::board::can::CanIdentifier::Standard(identifier) = frame.identifier() else {
             unreachable!("{frame:?}")
         };
         let axis = Ring::AMIRO.axis_rad[index].to_degrees();
@@ -209,7 +209,7 @@ fn messages_that_are_read_are_those_of_the_filters() {
         .iter()
         .map(|row| u16::from_str_radix(row[1].trim_start_matches("0x"), 16).unwrap())
         .collect();
-    assert_eq!(listed, READ.map(StandardId::bits));
+    assert_eq!(listed, READ_IDS.map(StandardId::bits));
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn bit_timings_are_the_units() {
         assert_eq!(row[..], expected);
     }
     // CCR 35 in fast mode, TRISE 13.
-    let timing = format!("{:?}", i2c::Timing::fast(42_000_000));
+    let timing = format!("{:?}", i2c::I2cTiming::fast(42_000_000));
     let expected = format!(
         "Timing {{ megahertz: 42, clock: {}, rise: 13 }}",
         0x8000 | 35

@@ -2,7 +2,7 @@
 //!
 //! Overflow checks are on in this build, so that an unguarded `+` ends a test.
 
-use amiro_ipf::board::acquisition::{Bus, Senses};
+use amiro_ipf::board::acquisition::{Acquisition, Bus};
 use amiro_ipf::board::can;
 use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::filter::{ParticleSet, Profile};
@@ -184,7 +184,7 @@ proptest! {
         if is_sorted {
             times.sort_unstable();
         }
-        let mut senses = Senses::new();
+        let mut senses = Acquisition::new();
         for (count, &now_us) in times.iter().enumerate() {
             let x = count as f32 * if count % 3 == 0 { 0.008 } else { 0.004 };
             senses.take_frame(now_us, &can::odometry(&Pose::new(x, 0.0, 0.0)));

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::board::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
+use amiro_ipf::board::supervision::{
+    FailureCause, ImageCheck, Mode, PostMortem, ResetCause, Supervision,
+};
 use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
@@ -210,7 +212,7 @@ fn f55_a_panic_comes_back_as_its_place_after_the_reset() {
     bench.panic_at("src/some/where.rs", 4242);
     let (record, supervision) = bench.next_life();
     let record = record.unwrap();
-    assert_eq!(record.cause, Cause::Panic);
+    assert_eq!(record.cause, FailureCause::Panic);
     assert_eq!(
         (record.place.as_str(), record.line),
         ("src/some/where.rs", 4242)
@@ -234,7 +236,7 @@ fn f56_an_undefined_instruction_comes_back_with_its_address() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::Fault);
+    assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     // Usage fault: undefined instruction.
     assert_eq!(record.registers.cfsr >> 16, 1, "{record:?}");
@@ -252,7 +254,7 @@ fn f56_an_access_to_nothing_comes_back_with_both_addresses() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::Fault);
+    assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     assert_eq!(record.registers.address, 0x6000_0000, "{record:?}");
 }
@@ -277,7 +279,7 @@ fn f5c_an_interrupt_without_a_handler_comes_back_as_its_number() {
             debugger.set_register(PC, SCRATCH);
         });
         let record = bench.next_life().0.unwrap();
-        assert_eq!(record.cause, Cause::Panic, "{record:?}");
+        assert_eq!(record.cause, FailureCause::Panic, "{record:?}");
         assert_eq!(record.place, "unhandled exception");
         assert_eq!(record.line, exception);
         let pc = record.registers.pc;
@@ -296,7 +298,7 @@ fn f57_a_stack_that_meets_its_guard_comes_back_as_that() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::StackOverflow, "{record:?}");
+    assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
 #[test]
@@ -313,7 +315,7 @@ fn f57_a_stack_pointer_within_the_guard_is_survived_too() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::StackOverflow, "{record:?}");
+    assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
 #[test]
@@ -357,7 +359,7 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
     )
     .unwrap();
     assert_eq!(parts, 2);
-    assert_eq!(ends, [(Cause::Panic, "src/node.rs".to_owned(), 77)]);
+    assert_eq!(ends, [(FailureCause::Panic, "src/node.rs".to_owned(), 77)]);
     for (place, file) in files.iter().enumerate() {
         let recording = log::read_from(&file.0.borrow()[..]).unwrap();
         assert!(recording.refusals.is_empty(), "{}", recording.refusals);

@@ -12,7 +12,8 @@ use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health, SensorHea
 use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
 use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::board::supervision::{
-    Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
+    CoreRegisters, FailureCause, ImageCheck, MAX_PLACE_BYTES, Mode, PostMortem, ResetCause,
+    Supervision,
 };
 use amiro_ipf::checksum::Digest;
 use amiro_ipf::config::{Choice, Config, Source, StepRule};
@@ -188,8 +189,8 @@ fn example_status() -> Status {
 
 /// A robot with a sensor that is unplugged and one that touches a wall.
 fn example_post_mortem(file: &str) -> PostMortem {
-    let mut record = PostMortem::new(Cause::StackOverflow, 263, 12_375).at(file, 77);
-    record.registers = Registers {
+    let mut record = PostMortem::new(FailureCause::StackOverflow, 263, 12_375).at(file, 77);
+    record.registers = CoreRegisters {
         pc: 0x0800_1234,
         lr: 0x0800_5679,
         psr: 0x2100_0000,
@@ -757,12 +758,12 @@ fn word(number: usize, name: &impl std::fmt::Debug) -> String {
     format!("{number} `{name}`")
 }
 
-const CAUSES: [Cause; 5] = [
-    Cause::Panic,
-    Cause::Fault,
-    Cause::StackOverflow,
-    Cause::Watchdog,
-    Cause::Clock,
+const CAUSES: [FailureCause; 5] = [
+    FailureCause::Panic,
+    FailureCause::Fault,
+    FailureCause::StackOverflow,
+    FailureCause::Watchdog,
+    FailureCause::Clock,
 ];
 const MODES: [Mode; 4] = [
     Mode::Normal,
@@ -1016,7 +1017,7 @@ fn longest_messages() -> Vec<Message> {
             step: u32::MAX,
             uptime_ms: u32::MAX,
             line: u32::MAX,
-            registers: Registers {
+            registers: CoreRegisters {
                 pc: u32::MAX,
                 lr: u32::MAX,
                 psr: u32::MAX,
@@ -1025,7 +1026,7 @@ fn longest_messages() -> Vec<Message> {
                 hfsr: u32::MAX,
                 address: u32::MAX,
             },
-            ..example_post_mortem(&"x".repeat(PLACE))
+            ..example_post_mortem(&"x".repeat(MAX_PLACE_BYTES))
         }),
         Event::Supervision(Supervision {
             stack_unused: u32::MAX,
@@ -1267,7 +1268,7 @@ fn any_post_mortem() -> impl Strategy<Value = PostMortem> {
     let cause = prop::sample::select(&CAUSES[..]);
     (any::<([u32; 10], String)>(), cause).prop_map(|((n, file), cause)| {
         let mut record = PostMortem::new(cause, n[0], n[1]).at(&file, n[2]);
-        record.registers = Registers {
+        record.registers = CoreRegisters {
             pc: n[3],
             lr: n[4],
             psr: n[5],

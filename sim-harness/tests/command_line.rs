@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
-use amiro_ipf::board::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
+use amiro_ipf::board::supervision::{FailureCause, ImageCheck, Mode, PostMortem, Supervision};
 use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
 use amiro_ipf::fault::Fault;
 use amiro_ipf::input::Input;
@@ -194,7 +194,7 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
     let port = plug(|input| {
         let (events, refused) = match input {
             Some(Input::Hello) => {
-                let died = PostMortem::new(Cause::Panic, 263, 12_375).at("src/node.rs", 77);
+                let died = PostMortem::new(FailureCause::Panic, 263, 12_375).at("src/node.rs", 77);
                 (vec![boot(WIRE_VERSION), Event::PostMortem(died)], None)
             }
             Some(_) => (Vec::new(), Some(Fault::SafeMode)),
@@ -233,7 +233,7 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     let port = plug(move |input| {
         let events = match input {
             Some(Input::Hello) if lives > 0 => {
-                let died = PostMortem::new(Cause::Watchdog, 5, 1_000);
+                let died = PostMortem::new(FailureCause::Watchdog, 5, 1_000);
                 vec![boot(WIRE_VERSION), Event::PostMortem(died)]
             }
             Some(Input::Hello) => vec![boot(WIRE_VERSION)],
@@ -277,7 +277,7 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     let told = second
         .events
         .iter()
-        .any(|event| matches!(event, Event::PostMortem(record) if record.cause == Cause::Watchdog));
+        .any(|event| matches!(event, Event::PostMortem(record) if record.cause == FailureCause::Watchdog));
     assert!(told, "{:?}", second.events);
 }
 

@@ -16,7 +16,7 @@ pub const RESERVE: usize = 24;
 /// outcomes, the step's begin and end, the answer.
 pub const INPUT_ROOM: usize = CAPACITY.div_ceil(crate::event::BATCH) + RESERVE;
 
-/// Readings, poses and health reports on their way to `think`, one place less than
+/// Readings, poses and health reports on their way to `run`, one place less than
 /// this: 125 readings, 16 poses and 8 reports a second are 19 in the longest step.
 pub const REPORT_QUEUE: usize = 32;
 

@@ -17,7 +17,7 @@
 //! assert_eq!(parts[1].to_write(), [8, 9, 9, 9, 9, 9, 9, 9]);
 //! ```
 
-use super::i2c::{LONGEST_READ, Transaction};
+use super::i2c::{BusTransaction, LONGEST_READ};
 
 /// The address with all three address pins low, as on the AMiRo.
 pub const ADDRESS_AMIRO: u8 = 0x50;
@@ -35,7 +35,7 @@ pub const WRITE_CYCLE_US: u32 = 5_000;
 ///
 /// What lies beyond the memory's end is not read. Bytes on the bus: 3 a transaction
 /// and 1 for each that is read.
-pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = Transaction> {
+pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = BusTransaction> {
     let end = usize::from(start).saturating_add(length).min(BYTES);
     let mut next = usize::from(start);
     core::iter::from_fn(move || {
@@ -43,7 +43,7 @@ pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = Tran
         if part == 0 {
             return None;
         }
-        let transaction = Transaction::new(address, &[next as u8], part as u8);
+        let transaction = BusTransaction::new(address, &[next as u8], part as u8);
         next += part;
         Some(transaction)
     })
@@ -52,9 +52,9 @@ pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = Tran
 /// The transactions that write `bytes` from `start` on, each within a page.
 ///
 /// What does not fit before the memory's end is not written. Between any two of them
-/// the part must have answered to [`ask_whether_ready`]. Bytes on the bus: 2 a
+/// the part must have answered to [`poll_ready`]. Bytes on the bus: 2 a
 /// transaction and 1 for each that is written.
-pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = Transaction> {
+pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = BusTransaction> {
     let room = BYTES.saturating_sub(usize::from(start));
     let mut rest = bytes.get(..room).unwrap_or(bytes);
     let mut next = usize::from(start);
@@ -74,15 +74,15 @@ pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = Tran
         rest = later;
         next += part.len();
         let used = message.get(..1 + part.len()).unwrap_or(&message);
-        Some(Transaction::new(address, used, 0))
+        Some(BusTransaction::new(address, used, 0))
     })
 }
 
 /// An address alone: refused as [`NoSuchPart`](super::i2c::BusFault::NoSuchPart) as long as a
 /// page is being written. 1 byte, 110 or 28 us.
 #[must_use]
-pub fn ask_whether_ready(address: u8) -> Transaction {
-    Transaction::new(address, &[], 0)
+pub fn poll_ready(address: u8) -> BusTransaction {
+    BusTransaction::new(address, &[], 0)
 }
 
 #[cfg(test)]
@@ -137,7 +137,7 @@ mod tests {
             .map(|part| part.clocks() * 10)
             .sum();
         assert_eq!((read, page), (1740, 920));
-        let poll = ask_whether_ready(0x50).clocks() * 10;
+        let poll = poll_ready(0x50).clocks() * 10;
         assert_eq!(poll, 110);
         assert_eq!(WRITE_CYCLE_US.div_ceil(poll), 46);
         // 400 kHz: 27.5 us.

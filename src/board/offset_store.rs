@@ -1,19 +1,19 @@
 //! The memory of the offsets: read once at start, written after a calibration.
 
 use crate::board::eeprom::{self, ADDRESS_AMIRO};
-use crate::board::i2c::{BusFault, Transaction};
+use crate::board::i2c::{BusFault, BusTransaction};
 use crate::board::offsets::{Offsets, STORE_BYTES, StoreFault};
 
 /// Where the offsets begin; what lies before them is AMiRo-OS's.
 const OFFSETS_AT: usize = 0x14;
 /// How long a memory is left alone after a page, microseconds: its longest write cycle.
-const LEFT_ALONE_US: u64 = eeprom::WRITE_CYCLE_US as u64;
+const WRITE_CYCLE_US: u64 = eeprom::WRITE_CYCLE_US as u64;
 /// Between two questions to a memory that is still writing, microseconds.
-const ASKED_EVERY_US: u64 = 1_000;
+const POLL_PERIOD_US: u64 = 1_000;
 /// Questions after which it is given up.
-const MOST_QUESTIONS: u8 = 20;
+const MAX_POLLS: u8 = 20;
 
-/// What the memory is asked next.
+/// What the memory is polls next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
     Idle,
@@ -24,8 +24,8 @@ enum Work {
     /// Waits for the end of this part's write cycle.
     Settle {
         part: usize,
-        ask_us: u64,
-        asked: u8,
+        poll_us: u64,
+        polls: u8,
     },
 }
 
@@ -38,7 +38,7 @@ pub(super) struct OffsetStore {
     work: Work,
     bytes: [u8; STORE_BYTES],
     filled: usize,
-    is_amiro_s: bool,
+    has_mark: bool,
     /// What was read, if that ended just now; `None` if it cannot be believed.
     read: Option<Option<Offsets>>,
 }
@@ -50,33 +50,33 @@ impl OffsetStore {
             work: Work::Read(0),
             bytes: [0; STORE_BYTES],
             filled: 0,
-            is_amiro_s: false,
+            has_mark: false,
             read: None,
         }
     }
 
     /// Begins to write offsets, if the memory is one of AMiRo's; whether it is.
     pub(super) fn write(&mut self, offsets: &Offsets) -> bool {
-        if self.is_amiro_s {
+        if self.has_mark {
             offsets.encode(&mut self.bytes);
             self.work = Work::Write(0);
         }
-        self.is_amiro_s
+        self.has_mark
     }
 
     /// The transaction to execute next.
-    pub(super) fn next(&self, now_us: u64) -> Option<Transaction> {
+    pub(super) fn next(&self, now_us: u64) -> Option<BusTransaction> {
         match self.work {
             Work::Idle => None,
             Work::Read(part) => eeprom::reads(ADDRESS_AMIRO, 0, STORE_BYTES).nth(part),
             Work::Write(part) => self.writes().nth(part),
-            Work::Settle { ask_us, .. } => {
-                (now_us >= ask_us).then(|| eeprom::ask_whether_ready(ADDRESS_AMIRO))
+            Work::Settle { poll_us, .. } => {
+                (now_us >= poll_us).then(|| eeprom::poll_ready(ADDRESS_AMIRO))
             }
         }
     }
 
-    fn writes(&self) -> impl Iterator<Item = Transaction> {
+    fn writes(&self) -> impl Iterator<Item = BusTransaction> {
         let offsets = self.bytes.get(OFFSETS_AT..).unwrap_or_default();
         eeprom::writes(ADDRESS_AMIRO, OFFSETS_AT as u8, offsets)
     }
@@ -91,20 +91,18 @@ impl OffsetStore {
             }
             (Work::Write(part), Ok(_)) => Work::Settle {
                 part,
-                ask_us: now_us.saturating_add(LEFT_ALONE_US),
-                asked: 0,
+                poll_us: now_us.saturating_add(WRITE_CYCLE_US),
+                polls: 0,
             },
             (Work::Settle { part, .. }, Ok(_)) => match self.writes().nth(part + 1) {
                 Some(_) => Work::Write(part + 1),
                 None => Work::Idle,
             },
-            (Work::Settle { part, asked, .. }, Err(BusFault::NoSuchPart))
-                if asked < MOST_QUESTIONS =>
-            {
+            (Work::Settle { part, polls, .. }, Err(BusFault::NoSuchPart)) if polls < MAX_POLLS => {
                 Work::Settle {
                     part,
-                    ask_us: now_us.saturating_add(ASKED_EVERY_US),
-                    asked: asked + 1,
+                    poll_us: now_us.saturating_add(POLL_PERIOD_US),
+                    polls: polls + 1,
                 }
             }
             // What is stored may be old in part. Both halves are offsets of this ring.
@@ -123,7 +121,7 @@ impl OffsetStore {
             return Work::Read(part + 1);
         }
         let decoded = Offsets::decode(&self.bytes);
-        self.is_amiro_s = decoded != Err(StoreFault::NoMark);
+        self.has_mark = decoded != Err(StoreFault::NoMark);
         self.read = Some(decoded.ok());
         Work::Idle
     }

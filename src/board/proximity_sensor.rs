@@ -3,7 +3,7 @@
 use vcnl4020::{Measurement, SATURATED};
 
 use super::sensor_state::{SensorCounters, SensorFault, SensorState};
-use super::signal_check::{Watch, is_dazzled};
+use super::signal_check::{SignalCheck, is_ambient_saturated};
 use crate::sampling::MAX_SAMPLE_AGE_US;
 use crate::sensor::Sample;
 
@@ -13,7 +13,7 @@ pub const MAX_AGE_US: u64 = MAX_SAMPLE_AGE_US;
 /// Rounds in a row without an answer after which a sensor is missing.
 pub const MISSING_AFTER: u8 = 3;
 
-/// Time between two attempts at a sensor that is missing or a stranger.
+/// Time between two attempts at a sensor that is missing or a wrong_identity.
 pub const PROBE_PERIOD_US: u64 = 1_000_000;
 
 /// Plausible readings in a row before a sensor is trusted, at first and anew.
@@ -27,13 +27,13 @@ pub const DEFAULT_LEAST_COUNTS: u16 = 24;
 
 /// How the sensor is to be spoken to in the next round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Terms {
+enum Operation {
     /// It must be configured first.
     Unconfigured,
     /// It measures by itself.
     Running,
     /// It is left alone until this time.
-    LeftAlone { until_us: u64, stranger: bool },
+    Paused { until_us: u64, wrong_identity: bool },
 }
 
 /// What is known of one sensor.
@@ -43,12 +43,12 @@ pub struct ProximitySensor {
     pub offset: u16,
     /// Counts above the offset below which there is nothing in range.
     pub least_counts: u16,
-    terms: Terms,
+    operation: Operation,
     failures: u8,
     plausible: u8,
-    dazzled: bool,
+    is_ambient_saturated_now: bool,
     last: Option<Stamped>,
-    watch: Watch,
+    signal: SignalCheck,
     counters: SensorCounters,
 }
 
@@ -65,12 +65,12 @@ impl ProximitySensor {
         Self {
             offset: DEFAULT_OFFSET,
             least_counts: DEFAULT_LEAST_COUNTS,
-            terms: Terms::Unconfigured,
+            operation: Operation::Unconfigured,
             failures: 0,
             plausible: 0,
-            dazzled: false,
+            is_ambient_saturated_now: false,
             last: None,
-            watch: Watch::new(),
+            signal: SignalCheck::new(),
             counters: SensorCounters {
                 readings: 0,
                 failed: 0,
@@ -84,8 +84,8 @@ impl ProximitySensor {
     /// How it is now.
     #[must_use]
     pub fn state(&self, now_us: u64) -> SensorState {
-        if let Terms::LeftAlone { stranger, .. } = self.terms {
-            return if stranger {
+        if let Operation::Paused { wrong_identity, .. } = self.operation {
+            return if wrong_identity {
                 SensorState::Faulty(SensorFault::WrongIdentity)
             } else {
                 SensorState::Missing
@@ -97,7 +97,7 @@ impl ProximitySensor {
         if let Some(fault) = self.fault() {
             return SensorState::Faulty(fault);
         }
-        if now_us.saturating_sub(last.stamp_us) > MAX_AGE_US || self.watch.is_stuck() {
+        if now_us.saturating_sub(last.stamp_us) > MAX_AGE_US || self.signal.is_stuck() {
             return SensorState::Stale;
         }
         if self.plausible < TRUSTED_AFTER {
@@ -112,9 +112,9 @@ impl ProximitySensor {
     }
 
     const fn fault(&self) -> Option<SensorFault> {
-        if self.watch.is_garbage() {
+        if self.signal.is_garbage() {
             Some(SensorFault::Garbage)
-        } else if self.dazzled {
+        } else if self.is_ambient_saturated_now {
             Some(SensorFault::Dazzled)
         } else {
             None
@@ -158,32 +158,32 @@ impl ProximitySensor {
 
     /// Whether the round that begins now has to do with it.
     pub(super) const fn is_due(&self, now_us: u64) -> bool {
-        match self.terms {
-            Terms::LeftAlone { until_us, .. } => now_us >= until_us,
-            Terms::Unconfigured | Terms::Running => true,
+        match self.operation {
+            Operation::Paused { until_us, .. } => now_us >= until_us,
+            Operation::Unconfigured | Operation::Running => true,
         }
     }
 
     /// Whether it measures by itself and may be read.
     pub(super) const fn is_running(&self) -> bool {
-        matches!(self.terms, Terms::Running)
+        matches!(self.operation, Operation::Running)
     }
 
     /// Whether an error is made up for by another attempt in the same round.
-    pub(super) const fn deserves_another_attempt(&self) -> bool {
-        !matches!(self.terms, Terms::LeftAlone { .. })
+    pub(super) const fn may_retry(&self) -> bool {
+        !matches!(self.operation, Operation::Paused { .. })
     }
 
     /// It was configured; readings follow from the next round on.
     ///
     /// One that was running has been reset since.
     pub(super) fn configured(&mut self) {
-        match self.terms {
-            Terms::Running => self.counters.resets = self.counters.resets.saturating_add(1),
-            Terms::LeftAlone { .. } => self.watch = Watch::new(),
-            Terms::Unconfigured => {}
+        match self.operation {
+            Operation::Running => self.counters.resets = self.counters.resets.saturating_add(1),
+            Operation::Paused { .. } => self.signal = SignalCheck::new(),
+            Operation::Unconfigured => {}
         }
-        self.terms = Terms::Running;
+        self.operation = Operation::Running;
         self.failures = 0;
         self.last = None;
     }
@@ -197,8 +197,8 @@ impl ProximitySensor {
     pub(super) fn take(&mut self, now_us: u64, measurement: Measurement, moving: bool) {
         self.failures = 0;
         self.counters.readings = self.counters.readings.saturating_add(1);
-        self.watch.take(measurement.proximity, self.offset, moving);
-        self.dazzled = is_dazzled(measurement.ambient);
+        self.signal.take(measurement.proximity, self.offset, moving);
+        self.is_ambient_saturated_now = is_ambient_saturated(measurement.ambient);
         self.last = Some(Stamped {
             stamp_us: now_us,
             proximity: measurement.proximity,
@@ -223,21 +223,21 @@ impl ProximitySensor {
     pub(super) fn failed(&mut self, now_us: u64) {
         self.counters.failed = self.counters.failed.saturating_add(1);
         self.failures = self.failures.saturating_add(1);
-        let alone = matches!(self.terms, Terms::LeftAlone { .. });
+        let alone = matches!(self.operation, Operation::Paused { .. });
         if alone || self.failures >= MISSING_AFTER {
-            self.leave_alone(now_us, false);
+            self.pause(now_us, false);
         }
     }
 
     /// Another part answers in its place.
-    pub(super) fn is_a_stranger(&mut self, now_us: u64) {
-        self.leave_alone(now_us, true);
+    pub(super) fn found_wrong_identity(&mut self, now_us: u64) {
+        self.pause(now_us, true);
     }
 
-    fn leave_alone(&mut self, now_us: u64, stranger: bool) {
-        self.terms = Terms::LeftAlone {
+    fn pause(&mut self, now_us: u64, wrong_identity: bool) {
+        self.operation = Operation::Paused {
             until_us: now_us.saturating_add(PROBE_PERIOD_US),
-            stranger,
+            wrong_identity,
         };
         self.plausible = 0;
         self.last = None;
@@ -334,8 +334,8 @@ mod tests {
             proximity: 2_900,
         };
         sensor.take(0, lit, true);
-        let dazzled = SensorState::Faulty(SensorFault::Dazzled);
-        assert_eq!(sensor.state(0), dazzled);
+        let is_ambient_saturated_now = SensorState::Faulty(SensorFault::Dazzled);
+        assert_eq!(sensor.state(0), is_ambient_saturated_now);
         assert_eq!(sensor.sample(0), Sample::Missing);
         for _ in 0..9 {
             sensor.take(0, dark(2_500), true);

@@ -25,7 +25,7 @@
 pub const STUCK_AFTER: u8 = 125;
 
 /// A tooth stands out by more than this, counts: ten standard deviations of the noise.
-const TOOTH: i32 = 50;
+const SPIKE: i32 = 50;
 
 /// A sample lies far below the offset when by more than this, counts. Healthy offsets
 /// lie down to 1500, 950 below the default of 2450.
@@ -42,14 +42,14 @@ const ONE: u16 = 1 << 15;
 const GARBAGE_ABOVE: u16 = 7_733;
 
 /// Errors per sample below which it is none any more: 0.15.
-const SOUND_BELOW: u16 = 4_915;
+const GARBAGE_ENDS_BELOW: u16 = 4_915;
 
 /// Ambient light that blinds the proximity measurement, counts: 10 klx at 0.25 lx each.
-pub const DAZZLING: u16 = 40_000;
+pub const AMBIENT_SATURATION: u16 = 40_000;
 
 /// What the last samples of one sensor look like.
 #[derive(Clone, Copy, Debug)]
-pub struct Watch {
+pub struct SignalCheck {
     last: Option<u16>,
     before: Option<u16>,
     equal: u8,
@@ -59,7 +59,7 @@ pub struct Watch {
     garbage: bool,
 }
 
-impl Watch {
+impl SignalCheck {
     /// Nothing seen, nothing suspected.
     #[must_use]
     pub const fn new() -> Self {
@@ -78,12 +78,12 @@ impl Watch {
     /// While the robot stands, equal samples say nothing and are not counted; a
     /// different one still ends a run.
     pub fn take(&mut self, raw: u16, offset: u16, moving: bool) {
-        self.look_for_a_run(raw, moving);
-        self.look_for_a_tooth(raw, offset);
+        self.check_run(raw, moving);
+        self.check_spike(raw, offset);
         self.before = self.last.replace(raw);
     }
 
-    fn look_for_a_run(&mut self, raw: u16, moving: bool) {
+    fn check_run(&mut self, raw: u16, moving: bool) {
         if raw == u16::MAX || self.last != Some(raw) {
             // The sample itself is the first of a run.
             self.equal = 1;
@@ -93,12 +93,12 @@ impl Watch {
     }
 
     /// The error of a tooth is seen one sample late, at the neighbour after it.
-    fn look_for_a_tooth(&mut self, raw: u16, offset: u16) {
+    fn check_spike(&mut self, raw: u16, offset: u16) {
         let offset = i32::from(offset);
-        let is_tooth = match (self.before, self.last) {
+        let is_spike = match (self.before, self.last) {
             (Some(before), Some(middle)) => {
                 let middle = i32::from(middle);
-                let margin = TOOTH.max((middle - offset) / 4);
+                let margin = SPIKE.max((middle - offset) / 4);
                 let from_before = middle - i32::from(before);
                 let from_after = middle - i32::from(raw);
                 (from_before > margin && from_after > margin)
@@ -107,7 +107,7 @@ impl Watch {
             _ => false,
         };
         let is_far_below = i32::from(raw) < offset - FAR_BELOW;
-        let is_error = is_far_below || (is_tooth && !self.was_error);
+        let is_error = is_far_below || (is_spike && !self.was_error);
         self.was_error = is_error;
         self.errors -= self.errors >> MEMORY_SHIFT;
         if is_error {
@@ -115,7 +115,7 @@ impl Watch {
         }
         if self.errors > GARBAGE_ABOVE {
             self.garbage = true;
-        } else if self.errors < SOUND_BELOW {
+        } else if self.errors < GARBAGE_ENDS_BELOW {
             self.garbage = false;
         }
     }
@@ -133,7 +133,7 @@ impl Watch {
     }
 }
 
-impl Default for Watch {
+impl Default for SignalCheck {
     fn default() -> Self {
         Self::new()
     }
@@ -141,8 +141,8 @@ impl Default for Watch {
 
 /// Whether this much ambient light blinds the proximity measurement.
 #[must_use]
-pub const fn is_dazzled(ambient: u16) -> bool {
-    ambient >= DAZZLING
+pub const fn is_ambient_saturated(ambient: u16) -> bool {
+    ambient >= AMBIENT_SATURATION
 }
 
 #[cfg(test)]
@@ -164,35 +164,35 @@ mod tests {
 
     #[test]
     fn f10_125_equal_samples_are_stuck_and_124_are_not() {
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for sample in 1..=300 {
-            watch.take(2_470, OFFSET, true);
-            assert_eq!(watch.is_stuck(), sample >= 125, "sample {sample}");
+            check.take(2_470, OFFSET, true);
+            assert_eq!(check.is_stuck(), sample >= 125, "sample {sample}");
         }
-        watch.take(2_471, OFFSET, true);
-        assert!(!watch.is_stuck());
+        check.take(2_471, OFFSET, true);
+        assert!(!check.is_stuck());
     }
 
     #[test]
     fn f10_a_standing_robot_has_no_stuck_sensor() {
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for _ in 0..10_000 {
-            watch.take(2_470, OFFSET, false);
+            check.take(2_470, OFFSET, false);
         }
-        assert!(!watch.is_stuck());
+        assert!(!check.is_stuck());
         // It drives off: one second later the sensor is found out.
         for _ in 0..124 {
-            watch.take(2_470, OFFSET, true);
+            check.take(2_470, OFFSET, true);
         }
-        assert!(watch.is_stuck());
+        assert!(check.is_stuck());
     }
 
     #[test]
     fn f10_a_full_register_is_never_stuck() {
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for _ in 0..10_000 {
-            watch.take(u16::MAX, OFFSET, true);
-            assert!(!watch.is_stuck() && !watch.is_garbage());
+            check.take(u16::MAX, OFFSET, true);
+            assert!(!check.is_stuck() && !check.is_garbage());
         }
     }
 
@@ -201,13 +201,13 @@ mod tests {
         // Ten hours at 125 Hz, a count of noise and more, with and without a surface.
         for (seed, sigma, mean) in [(1, 1.0, 2_450.0), (2, 1.0, 9_000.0), (3, 5.0, 2_600.5)] {
             let mut random = Generator::seed_from_u64(seed);
-            let mut watch = Watch::new();
+            let mut check = SignalCheck::new();
             let mut longest = 0;
             for sample in 0..4_500_000 {
                 let raw = (mean + sigma * normal(&mut random)).round() as u16;
-                watch.take(raw, OFFSET, true);
-                longest = longest.max(watch.equal);
-                let quiet = !watch.is_stuck() && !watch.is_garbage();
+                check.take(raw, OFFSET, true);
+                longest = longest.max(check.equal);
+                let quiet = !check.is_stuck() && !check.is_garbage();
                 assert!(quiet, "seed {seed}, sample {sample}");
             }
             // 0.39^(n - 1) * 4.5e6 < 1 from n = 18 on; 124 stay far away.
@@ -219,10 +219,10 @@ mod tests {
     fn f14_uniform_random_samples_are_garbage_within_two_seconds() {
         for seed in 0..2_000 {
             let mut random = Generator::seed_from_u64(seed);
-            let mut watch = Watch::new();
+            let mut check = SignalCheck::new();
             let found = (0..250).any(|_| {
-                watch.take(random.next_u32() as u16, OFFSET, true);
-                watch.is_garbage()
+                check.take(random.next_u32() as u16, OFFSET, true);
+                check.is_garbage()
             });
             assert!(found, "seed {seed}");
         }
@@ -231,16 +231,16 @@ mod tests {
     #[test]
     fn f14_garbage_stays_garbage_and_ends_within_a_second() {
         let mut random = Generator::seed_from_u64(5);
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         let mut sound = 0;
         for sample in 0..125_000 {
-            watch.take(random.next_u32() as u16, OFFSET, true);
-            sound += u32::from(sample > 250 && !watch.is_garbage());
+            check.take(random.next_u32() as u16, OFFSET, true);
+            sound += u32::from(sample > 250 && !check.is_garbage());
         }
         assert_eq!(sound, 0, "of 1000 s");
         let after = (0..).find(|sample| {
-            watch.take(OFFSET + (sample % 3), OFFSET, true);
-            !watch.is_garbage()
+            check.take(OFFSET + (sample % 3), OFFSET, true);
+            !check.is_garbage()
         });
         // From a density of 0.6 even: 64 ln(0.6 / 0.15) = 89.
         assert!(after.unwrap() < 89, "{after:?} samples");
@@ -251,15 +251,15 @@ mod tests {
         for seed in 0..20 {
             let mut random = Generator::seed_from_u64(seed);
             for spikes in 1..=3 {
-                let mut watch = Watch::new();
+                let mut check = SignalCheck::new();
                 for _ in 0..2_000 {
                     let mut step = [OFFSET + 100; 15];
                     for _ in 0..spikes {
                         step[random.next_u32() as usize % 15] = random.next_u32() as u16 | 0x4000;
                     }
                     for raw in step {
-                        watch.take(raw, OFFSET, true);
-                        assert!(!watch.is_garbage(), "{spikes} spikes, seed {seed}");
+                        check.take(raw, OFFSET, true);
+                        assert!(!check.is_garbage(), "{spikes} spikes, seed {seed}");
                     }
                 }
             }
@@ -268,46 +268,46 @@ mod tests {
 
     #[test]
     fn f11_the_worst_three_spikes_are_not_garbage() {
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for sample in 0..15_000 {
             let spike = matches!(sample % 15, 1 | 3 | 5);
-            watch.take(if spike { 60_000 } else { 2_500 }, OFFSET, true);
-            assert!(!watch.is_garbage(), "sample {sample}");
+            check.take(if spike { 60_000 } else { 2_500 }, OFFSET, true);
+            assert!(!check.is_garbage(), "sample {sample}");
         }
     }
 
     #[test]
     fn f14_far_below_the_offset_is_no_measurement() {
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         let found = (0..).find(|_| {
-            watch.take(0, OFFSET, false);
-            watch.is_garbage()
+            check.take(0, OFFSET, false);
+            check.is_garbage()
         });
         assert!(found.unwrap() < 20, "{found:?}");
         // A healthy sensor of a low offset that was never calibrated.
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for _ in 0..1_000 {
-            watch.take(1_500, OFFSET, false);
+            check.take(1_500, OFFSET, false);
         }
-        assert!(!watch.is_garbage());
+        assert!(!check.is_garbage());
     }
 
     #[test]
     fn driving_past_a_corner_is_no_tooth() {
         // 2340 counts at 20 mm, at 500 mm/s: toward a wall and away from it again.
-        let mut watch = Watch::new();
+        let mut check = SignalCheck::new();
         for _ in 0..1_000 {
             for millimetres in (20..=100).rev().step_by(4).chain((20..=100).step_by(4)) {
                 let counts = 943_000 / (millimetres * millimetres);
-                watch.take(OFFSET + counts as u16, OFFSET, true);
-                assert!(!watch.is_garbage());
+                check.take(OFFSET + counts as u16, OFFSET, true);
+                assert!(!check.is_garbage());
             }
         }
     }
 
     #[test]
     fn f12_ten_kilolux_dazzle() {
-        assert!(is_dazzled(DAZZLING) && is_dazzled(u16::MAX));
-        assert!(!is_dazzled(DAZZLING - 1));
+        assert!(is_ambient_saturated(AMBIENT_SATURATION) && is_ambient_saturated(u16::MAX));
+        assert!(!is_ambient_saturated(AMBIENT_SATURATION - 1));
     }
 }

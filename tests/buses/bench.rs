@@ -1,8 +1,8 @@
 //! The ring on the robot's buses, round after round.
 
 use amiro_ipf::board::acquisition::{BUSES, ProximityRing};
-use amiro_ipf::board::i2c::Transaction;
-use amiro_ipf::board::i2c::muxed_bus::{Branch, ROUND_PERIOD_US};
+use amiro_ipf::board::i2c::BusTransaction;
+use amiro_ipf::board::i2c::muxed_bus::{MuxedBus, ROUND_PERIOD_US};
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::{SENSORS, Sample};
@@ -70,12 +70,12 @@ impl Bench {
     pub(crate) fn round_with(
         &mut self,
         moving: bool,
-        mut before: impl FnMut(&mut RobotBuses, usize, &Transaction),
+        mut before: impl FnMut(&mut RobotBuses, usize, &BusTransaction),
     ) {
         let now_us = self.next_round_us();
         self.buses.advance_to(now_us * 1_000);
         for (number, bus) in BUSES.into_iter().enumerate() {
-            let branch = self.ring.branch_mut(bus);
+            let branch = self.ring.bus_mut(bus);
             branch.begin_round(now_us, moving);
             while let Some(transaction) = branch.next(now_us) {
                 before(&mut self.buses, number, &transaction);
@@ -131,9 +131,9 @@ impl Bench {
 
 /// Executes a transaction of a branch on its bus, and gives it the result.
 pub(crate) fn execute(
-    branch: &mut Branch,
+    branch: &mut MuxedBus,
     bus: &mut FakeBus<RobotParts>,
-    transaction: &Transaction,
+    transaction: &BusTransaction,
     now_us: u64,
 ) {
     let result = bus.run(transaction);

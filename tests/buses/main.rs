@@ -137,8 +137,8 @@ fn f06_without_a_mux_its_four_sensors_are_missing_and_come_back() {
     let of_one = [true, true, true, false, false, false, false, true];
     let missing = bench.states().map(|state| state == SensorState::Missing);
     assert_eq!(missing, of_one);
-    assert_eq!(bench.ring.branch_counters(Bus::I2c1).mux_failures, 3);
-    assert_eq!(bench.ring.branch_counters(Bus::I2c2).mux_failures, 0);
+    assert_eq!(bench.ring.bus_counters(Bus::I2c1).mux_failures, 3);
+    assert_eq!(bench.ring.bus_counters(Bus::I2c2).mux_failures, 0);
     assert!(bench.now_us() - from_us <= 16_000);
     bench.rounds(97);
     for (sensor, mute) in of_one.into_iter().enumerate() {

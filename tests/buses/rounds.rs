@@ -1,6 +1,6 @@
 //! Rounds: what they take, whom they visit, and what the ring keeps of them.
 
-use amiro_ipf::board::acquisition::{AMIRO_PLACES, BUSES, Bus, ProximityRing};
+use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, BUSES, Bus, ProximityRing};
 use amiro_ipf::board::i2c::muxed_bus::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
@@ -84,7 +84,7 @@ fn second_visits_do_not_begin_late() {
     // On the second bus, channel 3.
     bench.strike(5, SensorFault::Unplugged);
     let mut now_us = bench.next_round_us();
-    let branch = bench.ring.branch_mut(Bus::I2c2);
+    let branch = bench.ring.bus_mut(Bus::I2c2);
     let bus = bench.buses.bus_mut(1);
     bus.advance_to(now_us * 1_000);
     assert!(branch.begin_round(now_us, true));
@@ -126,7 +126,7 @@ fn measuring_between_rounds(error_ppm: i32) -> Bench {
         bench.buses.sensor_mut(sensor).set_clock_error(error_ppm);
     }
     bench.rounds(16);
-    for (sensor, place) in AMIRO_PLACES.into_iter().enumerate() {
+    for (sensor, place) in AMIRO_CONNECTIONS.into_iter().enumerate() {
         let after_ns = 4_000_000 + 500_000 * u64::from(place.channel.number());
         let at_ns = bench.next_round_us() * 1_000 + after_ns;
         bench.buses.sensor_mut(sensor).measure_next_at(at_ns);
@@ -160,9 +160,9 @@ fn timed_round(bench: &mut Bench, round_us: u64, check: impl Fn(&ProximityRing, 
         let wire = bench.buses.bus_mut(number);
         let now_us = |now_ns: u64| now_ns / 1_000;
         let begins_us = now_us(wire.now_ns());
-        bench.ring.branch_mut(bus).begin_round(begins_us, true);
+        bench.ring.bus_mut(bus).begin_round(begins_us, true);
         loop {
-            let branch = bench.ring.branch_mut(bus);
+            let branch = bench.ring.bus_mut(bus);
             let Some(transaction) = branch.next(now_us(wire.now_ns())) else {
                 break;
             };
@@ -170,7 +170,7 @@ fn timed_round(bench: &mut Bench, round_us: u64, check: impl Fn(&ProximityRing, 
             let after_us = now_us(wire.now_ns());
             check(&bench.ring, bus, after_us);
             let result = result.as_deref().map_err(|error| (*error).into());
-            bench.ring.branch_mut(bus).answer(after_us, result);
+            bench.ring.bus_mut(bus).answer(after_us, result);
         }
     }
 }
@@ -191,7 +191,7 @@ fn f15_sensors_a_little_slow_or_fast_are_good_at_every_moment_of_a_round() {
                 first_us + round * ROUND_PERIOD_US,
                 |ring, bus, now_us| {
                     let states = ring.states(now_us);
-                    for (sensor, place) in AMIRO_PLACES.into_iter().enumerate() {
+                    for (sensor, place) in AMIRO_CONNECTIONS.into_iter().enumerate() {
                         let is_good = place.bus != bus || states[sensor] == SensorState::Good;
                         assert!(is_good, "{error_ppm} ppm: sensor {sensor} in round {round}");
                     }

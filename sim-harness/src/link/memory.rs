@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::board::acquisition::{BUSES, Senses};
+use amiro_ipf::board::acquisition::{Acquisition, BUSES};
 use amiro_ipf::event::{Boot, ClockSource, Event};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::node::Node;
@@ -100,7 +100,7 @@ impl Board {
 
 /// A robot's senses and the parts that they ask.
 struct Body {
-    senses: Senses,
+    senses: Acquisition,
     buses: RobotBuses,
     now_us: u64,
 }
@@ -108,7 +108,7 @@ struct Body {
 impl Body {
     fn new(buses: RobotBuses) -> Self {
         Self {
-            senses: Senses::new(),
+            senses: Acquisition::new(),
             buses,
             now_us: 0,
         }

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::board::acquisition::{BUSES, Bus, Heard, Senses};
+use amiro_ipf::board::acquisition::{Acquisition, BUSES, Bus, CanAction};
 use amiro_ipf::board::can::CanState;
 use amiro_ipf::board::health::{CanHealth, Health};
-use amiro_ipf::board::i2c::Transaction;
+use amiro_ipf::board::i2c::BusTransaction;
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
@@ -84,7 +84,7 @@ pub struct Robot {
     seed: u64,
     clocks: SensorClocks,
     buses: RobotBuses,
-    senses: Senses,
+    senses: Acquisition,
     wheels: WheelBoard,
     frames: FrameWay,
     now_us: u64,
@@ -137,7 +137,7 @@ impl Robot {
             seed,
             clocks: rhythm.sensors,
             buses,
-            senses: Senses::new(),
+            senses: Acquisition::new(),
             now_us: 0,
             patrols: 0,
             prepared_ns: [None; SENSORS],
@@ -209,7 +209,7 @@ impl Robot {
     }
 
     /// Executes a bus's transactions, one after the other, until a patrol's time is over.
-    fn serve(&mut self, bus: Bus, pending: Option<Transaction>, until_us: u64) {
+    fn serve(&mut self, bus: Bus, pending: Option<BusTransaction>, until_us: u64) {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
         while let Some(transaction) = next {
@@ -232,7 +232,7 @@ impl Robot {
         }
         while let Some(arrived) = self.frames.arrived_by(self.now_us) {
             let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
-            if let Heard::Input(input) = heard {
+            if let CanAction::Input(input) = heard {
                 self.reports.push_back(Report {
                     at_us: arrived.at_us,
                     said: Said::Pose {

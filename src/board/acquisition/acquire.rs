@@ -1,10 +1,10 @@
 //! From bus transactions and CAN frames to the node's inputs.
 
-use crate::board::acquisition::{AMIRO_PLACES, Bus, ProximityRing};
+use crate::board::acquisition::{AMIRO_CONNECTIONS, Bus, ProximityRing};
 use crate::board::calibration::OffsetMeasurement;
-use crate::board::can::{Frame, Message, RingSchedule, proximity_ring};
+use crate::board::can::{CanFrame, CanMessage, RingSchedule, proximity_ring};
 use crate::board::health::{BusHealth, BusState, CanHealth, SensorHealth};
-use crate::board::i2c::{BusFault, Transaction};
+use crate::board::i2c::{BusFault, BusTransaction};
 use crate::board::offsets::{OffsetOrigin, Offsets};
 use crate::event::OffsetReport;
 use crate::geometry::Pose;
@@ -29,7 +29,7 @@ const FAILING_AFTER: u8 = 3;
 
 /// What a frame of the robot's bus means to the rest of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Heard {
+pub enum CanAction {
     /// An input for the node.
     Input(Input),
     /// The robot is to be switched off.
@@ -40,17 +40,17 @@ pub enum Heard {
 
 /// Who asked for the transaction that is under way on a bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Asker {
+enum Requester {
     #[default]
-    Nobody,
+    None,
     Ring,
     Store,
 }
 
 /// What is known of one bus.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
-    asker: Asker,
+struct BusStatus {
+    asker: Requester,
     has_worked: bool,
     held_low: bool,
     failures_in_a_row: u8,
@@ -59,14 +59,14 @@ struct Line {
 
 /// The robot's own senses.
 #[derive(Clone, Debug)]
-pub struct Senses {
+pub struct Acquisition {
     ring: ProximityRing,
     store: OffsetStore,
-    lines: [Line; 2],
+    bus_status: [BusStatus; 2],
     /// When the next round begins.
     next_round_us: u64,
     /// A round is under way and its samples were not given yet.
-    is_owing: bool,
+    is_round_pending: bool,
     /// A sensor has delivered since the start.
     has_delivered: bool,
     measurement: Option<OffsetMeasurement>,
@@ -79,17 +79,17 @@ pub struct Senses {
     can: CanHealth,
 }
 
-impl Senses {
-    /// Senses of which nothing is known yet; the first round begins at once, after the
+impl Acquisition {
+    /// Acquisition of which nothing is known yet; the first round begins at once, after the
     /// stored offsets were asked for.
     #[must_use]
     pub fn new() -> Self {
         Self {
             ring: ProximityRing::new(),
             store: OffsetStore::new(),
-            lines: [Line::default(); 2],
+            bus_status: [BusStatus::default(); 2],
             next_round_us: 0,
-            is_owing: false,
+            is_round_pending: false,
             has_delivered: false,
             measurement: None,
             offsets: OffsetReport::default(),
@@ -102,8 +102,8 @@ impl Senses {
         }
     }
 
-    fn line_mut(&mut self, bus: Bus) -> &mut Line {
-        let [one, two] = &mut self.lines;
+    fn status_mut(&mut self, bus: Bus) -> &mut BusStatus {
+        let [one, two] = &mut self.bus_status;
         match bus {
             Bus::I2c1 => one,
             Bus::I2c2 => two,
@@ -112,29 +112,29 @@ impl Senses {
 
     /// The transaction to execute now on a bus; `None` if there is none, or if the one
     /// before has not been answered. Some hundred instructions.
-    pub fn next(&mut self, bus: Bus, now_us: u64) -> Option<Transaction> {
-        if self.line_mut(bus).asker != Asker::Nobody {
+    pub fn next(&mut self, bus: Bus, now_us: u64) -> Option<BusTransaction> {
+        if self.status_mut(bus).asker != Requester::None {
             return None;
         }
-        let (asker, transaction) = match self.ring.branch_mut(bus).next(now_us) {
-            Some(transaction) => (Asker::Ring, transaction),
-            None if bus == STORE_BUS => (Asker::Store, self.store.next(now_us)?),
+        let (asker, transaction) = match self.ring.bus_mut(bus).next(now_us) {
+            Some(transaction) => (Requester::Ring, transaction),
+            None if bus == STORE_BUS => (Requester::Store, self.store.next(now_us)?),
             None => return None,
         };
-        self.line_mut(bus).asker = asker;
+        self.status_mut(bus).asker = asker;
         Some(transaction)
     }
 
     /// Takes the result of the transaction before on a bus. Some hundred instructions.
     pub fn answer(&mut self, bus: Bus, now_us: u64, result: Result<&[u8], BusFault>) {
-        match core::mem::take(&mut self.line_mut(bus).asker) {
-            Asker::Nobody => {}
-            Asker::Ring => {
-                self.line_mut(bus).take(result.err());
-                self.ring.branch_mut(bus).answer(now_us, result);
+        match core::mem::take(&mut self.status_mut(bus).asker) {
+            Requester::None => {}
+            Requester::Ring => {
+                self.status_mut(bus).take(result.err());
+                self.ring.bus_mut(bus).answer(now_us, result);
             }
             // A memory that is writing answers to nobody: nothing is wrong with the bus.
-            Asker::Store => {
+            Requester::Store => {
                 self.store.answer(now_us, result);
                 self.take_stored();
             }
@@ -147,8 +147,8 @@ impl Senses {
     /// Nothing is given until a sensor has delivered for the first time. From then on a
     /// round in which none did is given as well: the node is to know that all are dead.
     pub fn poll(&mut self, now_us: u64) -> Option<Input> {
-        let is_over = BUSES.iter().all(|bus| self.ring.branch_mut(*bus).is_idle());
-        let input = if self.is_owing && is_over {
+        let is_over = BUSES.iter().all(|bus| self.ring.bus_mut(*bus).is_idle());
+        let input = if self.is_round_pending && is_over {
             self.finish_round(now_us)
         } else {
             None
@@ -157,9 +157,9 @@ impl Senses {
             // A round that is still busy is counted by its branch and goes on.
             let moving = self.is_moving(now_us);
             for bus in BUSES {
-                self.ring.branch_mut(bus).begin_round(now_us, moving);
+                self.ring.bus_mut(bus).begin_round(now_us, moving);
             }
-            self.is_owing = true;
+            self.is_round_pending = true;
             let late_us = now_us - self.next_round_us;
             self.next_round_us = now_us.saturating_add(ROUND_US - late_us % ROUND_US);
         }
@@ -167,8 +167,8 @@ impl Senses {
     }
 
     fn finish_round(&mut self, now_us: u64) -> Option<Input> {
-        self.is_owing = false;
-        self.measure_on(now_us);
+        self.is_round_pending = false;
+        self.measure_offsets(now_us);
         let samples = self.ring.samples(now_us);
         self.has_delivered |= samples.iter().any(|sample| *sample != Sample::Missing);
         self.has_delivered.then_some(Input::Proximity {
@@ -178,34 +178,34 @@ impl Senses {
     }
 
     /// Takes a frame of the robot's bus.
-    pub fn take_frame(&mut self, now_us: u64, frame: &Frame) -> Heard {
-        let Ok(message) = Message::decode(frame) else {
+    pub fn take_frame(&mut self, now_us: u64, frame: &CanFrame) -> CanAction {
+        let Ok(message) = CanMessage::decode(frame) else {
             self.can.ignored = self.can.ignored.saturating_add(1);
-            return Heard::Nothing;
+            return CanAction::Nothing;
         };
         self.can.taken = self.can.taken.saturating_add(1);
         match message {
-            Message::Odometry(pose) => {
+            CanMessage::Odometry(pose) => {
                 if self.last_pose.is_some_and(|last| last != pose) {
                     self.moved_us = Some(now_us);
                 }
                 self.last_pose = Some(pose);
-                Heard::Input(Input::Odometry {
+                CanAction::Input(Input::Odometry {
                     stamp_us: self.updates.stamp(now_us, pose),
                     pose,
                 })
             }
-            Message::CalibrateRing => {
+            CanMessage::CalibrateRing => {
                 self.calibrate();
-                Heard::Nothing
+                CanAction::Nothing
             }
-            Message::Shutdown(_) => Heard::Shutdown,
-            Message::ActualSpeed(_) | Message::TargetSpeed(_) => Heard::Nothing,
+            CanMessage::Shutdown(_) => CanAction::Shutdown,
+            CanMessage::ActualSpeed(_) | CanMessage::TargetSpeed(_) => CanAction::Nothing,
         }
     }
 
     /// The frame to send now on the robot's bus: the ring's, as AMiRo-OS sends them.
-    pub fn frame_due(&mut self, now_us: u64) -> Option<Frame> {
+    pub fn frame_due(&mut self, now_us: u64) -> Option<CanFrame> {
         if !self.schedule.may_be_due(now_us) {
             return None;
         }
@@ -232,7 +232,7 @@ impl Senses {
     }
 
     /// After a round: one more reading for each sensor, and the end if it was the last.
-    fn measure_on(&mut self, now_us: u64) {
+    fn measure_offsets(&mut self, now_us: u64) {
         let Some(measurement) = &mut self.measurement else {
             return;
         };
@@ -285,8 +285,8 @@ impl Senses {
     /// How each sensor is.
     #[must_use]
     pub fn sensors(&self, now_us: u64) -> [SensorHealth; SENSORS] {
-        AMIRO_PLACES.map(|place| {
-            let sensor = self.ring.sensor_at(place);
+        AMIRO_CONNECTIONS.map(|place| {
+            let sensor = self.ring.sensor(place);
             let age_ms = sensor
                 .age_us(now_us)
                 .map_or(u64::MAX, |age_us| age_us / 1_000);
@@ -301,7 +301,7 @@ impl Senses {
     /// How each bus is, apart from its recoveries, which its master counts.
     #[must_use]
     pub fn buses(&self) -> [BusHealth; 2] {
-        self.lines.map(|line| line.health())
+        self.bus_status.map(|line| line.health())
     }
 
     /// How many frames were understood, and how many were not.
@@ -311,13 +311,13 @@ impl Senses {
     }
 }
 
-impl Default for Senses {
+impl Default for Acquisition {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Line {
+impl BusStatus {
     fn take(&mut self, fault: Option<BusFault>) {
         let Some(fault) = fault else {
             self.has_worked = true;

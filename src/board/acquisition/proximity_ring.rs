@@ -1,8 +1,8 @@
 //! The AMiRo's ring of eight proximity sensors on two buses.
 //!
-//! Each bus has a multiplexer and four sensors; [`AMIRO_PLACES`] says which is which.
-//! What executes transactions takes those of each bus from its [`Branch`], by
-//! [`ProximityRing::branch_mut`].
+//! Each bus has a multiplexer and four sensors; [`AMIRO_CONNECTIONS`] says which is which.
+//! What executes transactions takes those of each bus from its [`MuxedBus`], by
+//! [`ProximityRing::bus_mut`].
 //!
 //! # Example
 //!
@@ -16,7 +16,7 @@
 //! for round in 0..3 {
 //!     let now_us = round * 8_000;
 //!     for bus in [Bus::I2c1, Bus::I2c2] {
-//!         let branch = ring.branch_mut(bus);
+//!         let branch = ring.bus_mut(bus);
 //!         branch.begin_round(now_us, false);
 //!         while let Some(_transaction) = branch.next(now_us) {
 //!             // A bus that no part is connected to.
@@ -30,7 +30,7 @@
 
 use pca9544a::Channel;
 
-use crate::board::i2c::muxed_bus::{Branch, BranchCounters};
+use crate::board::i2c::muxed_bus::{MuxedBus, MuxedBusCounters};
 use crate::board::proximity_sensor::ProximitySensor;
 use crate::board::sensor_state::{SensorCounters, SensorState};
 use crate::sensor::{SENSORS, Sample, SensorMask};
@@ -48,14 +48,14 @@ pub enum Bus {
 /// Where a sensor is connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Place {
+pub struct SensorConnection {
     /// Its bus.
     pub bus: Bus,
     /// Its channel of the bus's multiplexer.
     pub channel: Channel,
 }
 
-impl Place {
+impl SensorConnection {
     const fn on(bus: Bus, channel: Channel) -> Self {
         Self { bus, channel }
     }
@@ -66,22 +66,22 @@ impl Place {
 /// The index runs clockwise from back left, see [`Ring::AMIRO`](crate::sensor::Ring).
 /// As two generations of AMiRo-OS have it; a robot whose buses were swapped in its
 /// wiring cannot be told from the buses, only by a hand in front of a sensor.
-pub const AMIRO_PLACES: [Place; SENSORS] = [
-    Place::on(Bus::I2c1, Channel::One),
-    Place::on(Bus::I2c1, Channel::Three),
-    Place::on(Bus::I2c1, Channel::Two),
-    Place::on(Bus::I2c2, Channel::Zero),
-    Place::on(Bus::I2c2, Channel::One),
-    Place::on(Bus::I2c2, Channel::Three),
-    Place::on(Bus::I2c2, Channel::Two),
-    Place::on(Bus::I2c1, Channel::Zero),
+pub const AMIRO_CONNECTIONS: [SensorConnection; SENSORS] = [
+    SensorConnection::on(Bus::I2c1, Channel::One),
+    SensorConnection::on(Bus::I2c1, Channel::Three),
+    SensorConnection::on(Bus::I2c1, Channel::Two),
+    SensorConnection::on(Bus::I2c2, Channel::Zero),
+    SensorConnection::on(Bus::I2c2, Channel::One),
+    SensorConnection::on(Bus::I2c2, Channel::Three),
+    SensorConnection::on(Bus::I2c2, Channel::Two),
+    SensorConnection::on(Bus::I2c1, Channel::Zero),
 ];
 
 /// The eight sensors, their states and their values; see the [module](self).
 #[derive(Clone, Debug)]
 pub struct ProximityRing {
-    first: Branch,
-    second: Branch,
+    first: MuxedBus,
+    second: MuxedBus,
 }
 
 impl ProximityRing {
@@ -95,50 +95,52 @@ impl ProximityRing {
     #[must_use]
     pub fn with(in_use: SensorMask) -> Self {
         let mut ring = Self {
-            first: Branch::new(&[]),
-            second: Branch::new(&[]),
+            first: MuxedBus::new(&[]),
+            second: MuxedBus::new(&[]),
         };
-        for (index, place) in AMIRO_PLACES.into_iter().enumerate() {
+        for (index, connection) in AMIRO_CONNECTIONS.into_iter().enumerate() {
             if in_use.contains(index) {
-                ring.branch_mut(place.bus).add(place.channel);
+                ring.bus_mut(connection.bus).add(connection.channel);
             }
         }
         ring
     }
 
     /// A bus's sequencer, for what executes its transactions.
-    pub fn branch_mut(&mut self, bus: Bus) -> &mut Branch {
+    pub fn bus_mut(&mut self, bus: Bus) -> &mut MuxedBus {
         match bus {
             Bus::I2c1 => &mut self.first,
             Bus::I2c2 => &mut self.second,
         }
     }
 
-    const fn branch(&self, bus: Bus) -> &Branch {
+    const fn branch(&self, bus: Bus) -> &MuxedBus {
         match bus {
             Bus::I2c1 => &self.first,
             Bus::I2c2 => &self.second,
         }
     }
 
-    /// The sensor at a place.
+    /// The sensor at a connection.
     #[must_use]
-    pub const fn sensor_at(&self, place: Place) -> &ProximitySensor {
-        self.branch(place.bus).sensor(place.channel)
+    pub const fn sensor(&self, connection: SensorConnection) -> &ProximitySensor {
+        self.branch(connection.bus).sensor(connection.channel)
     }
 
     /// Sets each sensor's offset, raw counts with nothing in range.
     pub fn set_offsets(&mut self, offsets: [u16; SENSORS]) {
-        for (place, offset) in AMIRO_PLACES.into_iter().zip(offsets) {
-            self.branch_mut(place.bus).sensor_mut(place.channel).offset = offset;
+        for (connection, offset) in AMIRO_CONNECTIONS.into_iter().zip(offsets) {
+            self.bus_mut(connection.bus)
+                .sensor_mut(connection.channel)
+                .offset = offset;
         }
     }
 
     /// Sets how many counts above the offset mean that there is something; 24 until
     /// then. It names a state and changes no value.
     pub fn set_least_counts(&mut self, least_counts: u16) {
-        for place in AMIRO_PLACES {
-            let sensor = self.branch_mut(place.bus).sensor_mut(place.channel);
+        for connection in AMIRO_CONNECTIONS {
+            let sensor = self.bus_mut(connection.bus).sensor_mut(connection.channel);
             sensor.least_counts = least_counts;
         }
     }
@@ -146,29 +148,29 @@ impl ProximityRing {
     /// What each sensor delivers now: counts above its offset, or why not.
     #[must_use]
     pub fn samples(&self, now_us: u64) -> [Sample; SENSORS] {
-        AMIRO_PLACES.map(|place| self.sensor_at(place).sample(now_us))
+        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).sample(now_us))
     }
 
     /// How each sensor is now.
     #[must_use]
     pub fn states(&self, now_us: u64) -> [SensorState; SENSORS] {
-        AMIRO_PLACES.map(|place| self.sensor_at(place).state(now_us))
+        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).state(now_us))
     }
 
     /// The last raw value of sensor `index`, whatever its age and state; `None` if it
     /// has none or the ring no such sensor.
     #[must_use]
     pub fn raw(&self, index: usize) -> Option<u16> {
-        let place = AMIRO_PLACES.get(index)?;
-        self.sensor_at(*place).raw()
+        let connection = AMIRO_CONNECTIONS.get(index)?;
+        self.sensor(*connection).raw()
     }
 
     /// The raw values of the sensors that are trusted now, for
     /// [`OffsetMeasurement`](crate::board::calibration::OffsetMeasurement).
     #[must_use]
     pub fn trusted_raw(&self, now_us: u64) -> [Option<u16>; SENSORS] {
-        AMIRO_PLACES.map(|place| {
-            let sensor = self.sensor_at(place);
+        AMIRO_CONNECTIONS.map(|connection| {
+            let sensor = self.sensor(connection);
             sensor.raw().filter(|_| sensor.state(now_us).is_trusted())
         })
     }
@@ -176,12 +178,12 @@ impl ProximityRing {
     /// What happened to each sensor since the start.
     #[must_use]
     pub fn counters(&self) -> [SensorCounters; SENSORS] {
-        AMIRO_PLACES.map(|place| self.sensor_at(place).counters())
+        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).counters())
     }
 
     /// What happened on a bus since the start.
     #[must_use]
-    pub const fn branch_counters(&self, bus: Bus) -> BranchCounters {
+    pub const fn bus_counters(&self, bus: Bus) -> MuxedBusCounters {
         self.branch(bus).counters()
     }
 }
@@ -198,8 +200,11 @@ mod tests {
 
     #[test]
     fn no_place_has_two_sensors() {
-        for (index, place) in AMIRO_PLACES.iter().enumerate() {
-            assert!(!AMIRO_PLACES[..index].contains(place), "{place:?}");
+        for (index, connection) in AMIRO_CONNECTIONS.iter().enumerate() {
+            assert!(
+                !AMIRO_CONNECTIONS[..index].contains(connection),
+                "{connection:?}"
+            );
         }
     }
 }

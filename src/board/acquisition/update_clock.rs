@@ -5,7 +5,7 @@
 //! updates, and a robot that drives gets twice as far in two. A way that is twice those
 //! before and after it had two updates in its time, of which the first came right after
 //! the frame before: that tells when updates are, to what the frames' distance is longer
-//! than 50 ms. From then on whole periods are counted, and every frame that an update
+//! than 50 ms. From then on whole periods are newest_update, and every frame that an update
 //! may just have made, or just missed, makes the clock more exact.
 
 use crate::geometry::Pose;
@@ -17,34 +17,34 @@ const PERIOD_US: u64 = 50_000;
 pub const ODOMETRY_AGE_US: u64 = 25_000;
 
 /// Ways below this say nothing, metres: six of the message's steps of 256 um.
-const LEAST_WAY_M: f32 = 0.0015;
+const MIN_DISTANCE_M: f32 = 0.0015;
 
 /// The clocks of two boards run apart by less than one part in this.
 const DRIFT: u64 = 10_000;
 
 /// One frame and the way to it.
 #[derive(Clone, Copy, Debug)]
-struct Came {
+struct ReceivedFrame {
     at_us: u64,
     stamp_us: u64,
     pose: Pose,
-    way_m: f32,
+    distance_m: f32,
 }
 
 /// Bounds of the time of an update, the newest before a frame or the one after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Window {
+struct UpdateWindow {
     low_us: u64,
     high_us: u64,
 }
 
-impl Window {
+impl UpdateWindow {
     const fn middle_us(self) -> u64 {
         self.low_us + (self.high_us - self.low_us) / 2
     }
 
     /// The same by whole periods earlier or later, its beginning the last up to `at_us`.
-    const fn rolled_to(self, at_us: u64) -> Self {
+    const fn shifted_to(self, at_us: u64) -> Self {
         let since_us = if at_us >= self.low_us {
             (at_us - self.low_us) % PERIOD_US
         } else {
@@ -58,19 +58,19 @@ impl Window {
     }
 
     /// Wider by what two clocks run apart in a time; `None` if it says nothing any more.
-    fn aged(self, by_us: u64) -> Option<Self> {
-        let aged = Self {
+    fn widened(self, by_us: u64) -> Option<Self> {
+        let widened = Self {
             low_us: self.low_us.saturating_sub(by_us / DRIFT),
             high_us: self.high_us.saturating_add(by_us / DRIFT),
         };
-        (aged.high_us - aged.low_us < PERIOD_US).then_some(aged)
+        (widened.high_us - widened.low_us < PERIOD_US).then_some(widened)
     }
 
     /// What both say of an update, up to whole periods; `None` if they contradict.
     fn and(self, other: Self) -> Option<Self> {
         // Either may begin within the other.
-        let first = self.rolled_to(other.low_us);
-        let second = other.rolled_to(self.low_us);
+        let first = self.shifted_to(other.low_us);
+        let second = other.shifted_to(self.low_us);
         let both = |a: Self, b: Self| {
             (b.low_us <= a.high_us).then(|| Self {
                 low_us: b.low_us,
@@ -86,15 +86,15 @@ impl Window {
 /// Without motion, and for the first quarter of a second of it, poses are stamped
 /// [`ODOMETRY_AGE_US`] before their frame, which is off by 25 ms at most; afterwards by
 /// some milliseconds, and in the end by one. A frame that comes with an update, of a robot
-/// that stands or changes its speed, may be counted to the update before: one frame in a
+/// that stands or changes its speed, may be newest_update to the update before: one frame in a
 /// hundred is then a whole period off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct UpdateClock {
-    last: Option<Came>,
-    before: Option<Came>,
-    window: Option<Window>,
+    last: Option<ReceivedFrame>,
+    before: Option<ReceivedFrame>,
+    window: Option<UpdateWindow>,
     /// The way from one update to the next, metres.
-    way_an_update_m: f32,
+    distance_per_update_m: f32,
 }
 
 impl UpdateClock {
@@ -103,54 +103,58 @@ impl UpdateClock {
     pub(super) fn stamp(&mut self, at_us: u64, pose: Pose) -> u64 {
         let Some(last) = self.last else {
             let stamp_us = at_us.saturating_sub(ODOMETRY_AGE_US);
-            self.last = Some(Came {
+            self.last = Some(ReceivedFrame {
                 at_us,
                 stamp_us,
                 pose,
-                way_m: 0.0,
+                distance_m: 0.0,
             });
             return stamp_us;
         };
-        let way_m = (pose.position - last.pose.position).norm();
-        self.look_for_two_updates(&last, way_m);
+        let distance_m = (pose.position - last.pose.position).norm();
+        self.find_double_update(&last, distance_m);
         let elapsed_us = at_us.saturating_sub(last.at_us);
-        self.window = self.window.and_then(|window| window.aged(elapsed_us));
+        self.window = self.window.and_then(|window| window.widened(elapsed_us));
         let stamp_us = match self.window {
-            Some(window) => self.counted(window.rolled_to(at_us), at_us, &last, way_m),
+            Some(window) => self.newest_update(window.shifted_to(at_us), at_us, &last, distance_m),
             None => at_us.saturating_sub(ODOMETRY_AGE_US),
         };
         let stamp_us = stamp_us.max(last.stamp_us);
         let updates = periods(stamp_us - last.stamp_us);
         if self.window.is_some() && updates > 0.0 {
-            self.way_an_update_m = way_m / updates;
+            self.distance_per_update_m = distance_m / updates;
         }
         self.before = Some(last);
-        self.last = Some(Came {
+        self.last = Some(ReceivedFrame {
             at_us,
             stamp_us,
             pose,
-            way_m,
+            distance_m,
         });
         stamp_us
     }
 
     /// Whether the way to the last frame was twice the one before and this one.
-    fn look_for_two_updates(&mut self, last: &Came, way_m: f32) {
+    fn find_double_update(&mut self, last: &ReceivedFrame, distance_m: f32) {
         let Some(before) = self.before else {
             return;
         };
-        let (least_m, most_m) = (before.way_m.min(way_m), before.way_m.max(way_m));
-        let is_double = last.way_m > 1.6 * most_m && last.way_m < 2.5 * least_m;
+        let (least_m, most_m) = (
+            before.distance_m.min(distance_m),
+            before.distance_m.max(distance_m),
+        );
+        let is_double = last.distance_m > 1.6 * most_m && last.distance_m < 2.5 * least_m;
         let spare_us = last
             .at_us
             .saturating_sub(before.at_us)
             .checked_sub(PERIOD_US);
-        let (true, Some(spare_us @ 0..PERIOD_US)) = (is_double && least_m > LEAST_WAY_M, spare_us)
+        let (true, Some(spare_us @ 0..PERIOD_US)) =
+            (is_double && least_m > MIN_DISTANCE_M, spare_us)
         else {
             return;
         };
         // The first of the two came after the frame before, the second up to the last.
-        let seen = Window {
+        let seen = UpdateWindow {
             low_us: before.at_us,
             high_us: before.at_us + spare_us,
         };
@@ -162,15 +166,21 @@ impl UpdateClock {
     ///
     /// A window that goes beyond the frame leaves open whether its update was in it.
     /// The way tells, if it is one that a whole number of updates makes.
-    fn counted(&mut self, window: Window, at_us: u64, last: &Came, way_m: f32) -> u64 {
+    fn newest_update(
+        &mut self,
+        window: UpdateWindow,
+        at_us: u64,
+        last: &ReceivedFrame,
+        distance_m: f32,
+    ) -> u64 {
         if window.high_us <= at_us {
             return window.middle_us();
         }
-        let in_time = Window {
+        let in_time = UpdateWindow {
             high_us: at_us,
             ..window
         };
-        let too_late = Window {
+        let too_late = UpdateWindow {
             low_us: at_us,
             ..window
         };
@@ -178,7 +188,7 @@ impl UpdateClock {
         let old_us = too_late.middle_us().saturating_sub(PERIOD_US);
         let off_m = |stamp_us: u64| {
             let updates = periods(stamp_us.saturating_sub(last.stamp_us));
-            (way_m - updates * self.way_an_update_m).abs()
+            (distance_m - updates * self.distance_per_update_m).abs()
         };
         let is_fresh = off_m(fresh_us) < off_m(old_us);
         let (stamp_us, narrowed) = if is_fresh {
@@ -186,8 +196,8 @@ impl UpdateClock {
         } else {
             (old_us, too_late)
         };
-        let is_clear = off_m(stamp_us) < 0.25 * self.way_an_update_m;
-        if self.way_an_update_m > LEAST_WAY_M && is_clear {
+        let is_clear = off_m(stamp_us) < 0.25 * self.distance_per_update_m;
+        if self.distance_per_update_m > MIN_DISTANCE_M && is_clear {
             self.window = Some(narrowed);
         }
         stamp_us
@@ -217,9 +227,9 @@ mod tests {
                 let late_us = u64::from(uniform_below(&mut generator, jitter_us + 1));
                 let at_us = 1_000_000 + frame * FRAME_US + late_us;
                 let updated_us = at_us - (at_us - phase_us) % PERIOD_US;
-                let way_m = (updated_us - phase_us) as f32 * 1e-6 * speed_m_per_s;
+                let distance_m = (updated_us - phase_us) as f32 * 1e-6 * speed_m_per_s;
                 // As the message leaves it.
-                let x = (way_m / 256e-6) as u32 as f32 * 256e-6;
+                let x = (distance_m / 256e-6) as u32 as f32 * 256e-6;
                 let stamp_us = clock.stamp(at_us, Pose::new(x, 0.0, 0.0));
                 assert!(stamp_us >= last_us && stamp_us <= at_us);
                 last_us = stamp_us;

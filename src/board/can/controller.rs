@@ -1,14 +1,14 @@
 //! The unit's life: into initialisation, onto the bus, off it and back.
 
-use super::{CanState, Frame, Identifier, StandardId};
+use super::{CanFrame, CanIdentifier, CanState, StandardId};
 use heapless::Vec;
 
 use super::bit_timing::BitTiming;
 use super::filters;
 use super::mailboxes::Mailboxes;
 use super::registers::{
-    ABOM, AWUM, BOFF, BOFIE, ERRI, FMP0, FMPIE0, FOVR0, IDE, INAK, INRQ, RFOM0, RTR, Register,
-    Registers, TXFP,
+    ABOM, AWUM, BOFF, BOFIE, CanRegister, CanRegisters, ERRI, FMP0, FMPIE0, FOVR0, IDE, INAK, INRQ,
+    RFOM0, RTR, TXFP,
 };
 
 /// A unit that has not gone into initialisation after this long is not there,
@@ -18,16 +18,16 @@ pub(super) const PATIENCE_US: u64 = 100_000;
 /// Between two attempts at a unit that is not there, microseconds.
 pub(super) const RETRY_US: u64 = 1_000_000;
 
-/// Frames of one call of [`Controller::receive`]: as many as the FIFO holds.
+/// Frames of one call of [`CanController::receive`]: as many as the FIFO holds.
 pub(super) const MOST_FRAMES: usize = 3;
 
 /// What the unit does on the bus: comes back by itself, wakes up, sends in order. Off is
 /// the FIFO's lock: when it is full the newest frame replaces the last.
 const SETTINGS: u32 = ABOM | AWUM | TXFP;
 
-/// What a patrol found; counters saturate.
+/// What a poll found; counters saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CanHealth {
+pub struct CanControllerHealth {
     /// Where the unit is.
     pub state: CanState,
     /// Frames taken from the FIFO.
@@ -63,15 +63,15 @@ enum Phase {
 }
 
 /// A bxCAN unit on the robot's bus.
-pub struct Controller<R> {
+pub struct CanController<R> {
     registers: R,
     timing: Option<BitTiming>,
     phase: Phase,
     mailboxes: Mailboxes,
-    health: CanHealth,
+    health: CanControllerHealth,
 }
 
-impl<R: Registers> Controller<R> {
+impl<R: CanRegisters> CanController<R> {
     /// A unit that nobody has asked yet. Without a timing for the board's clock it
     /// stays [`CanState::Absent`]: a wrong one would disturb everybody.
     pub const fn new(registers: R, timing: Option<BitTiming>) -> Self {
@@ -80,7 +80,7 @@ impl<R: Registers> Controller<R> {
             timing,
             phase: Phase::Off,
             mailboxes: Mailboxes::new(),
-            health: CanHealth {
+            health: CanControllerHealth {
                 state: CanState::Absent,
                 received: 0,
                 overruns: 0,
@@ -96,7 +96,7 @@ impl<R: Registers> Controller<R> {
 
     /// Goes a step on towards the bus, or looks after what is on it; at most some
     /// thirty accesses. To be called every 10 ms or so.
-    pub fn patrol(&mut self, now_us: u64) {
+    pub fn poll(&mut self, now_us: u64) {
         match self.phase {
             Phase::Off => self.enter(now_us),
             Phase::Entering { since_us } => self.await_initialisation(now_us, since_us),
@@ -110,18 +110,18 @@ impl<R: Registers> Controller<R> {
     }
 
     /// What is known of the unit.
-    pub const fn health(&self) -> &CanHealth {
+    pub const fn health(&self) -> &CanControllerHealth {
         &self.health
     }
 
     /// Takes what has come in, at most three frames, oldest first; for the interrupt of
     /// FIFO 0, which comes again while there is more.
-    pub fn receive(&mut self) -> Vec<Frame, MOST_FRAMES, u8> {
+    pub fn receive(&mut self) -> Vec<CanFrame, MOST_FRAMES, u8> {
         let mut frames = Vec::new();
         for _ in 0..MOST_FRAMES {
-            let status = self.registers.read(Register::RF0R);
+            let status = self.registers.read(CanRegister::RF0R);
             if status & FOVR0 != 0 {
-                self.registers.write(Register::RF0R, FOVR0);
+                self.registers.write(CanRegister::RF0R, FOVR0);
                 self.health.overruns = self.health.overruns.saturating_add(1);
             }
             // A frame that is being released would be read twice.
@@ -129,7 +129,7 @@ impl<R: Registers> Controller<R> {
                 break;
             }
             let frame = self.first_frame();
-            self.registers.write(Register::RF0R, RFOM0);
+            self.registers.write(CanRegister::RF0R, RFOM0);
             self.health.received = self.health.received.saturating_add(1);
             // As many turns as places.
             let _ = frames.push(frame);
@@ -139,7 +139,7 @@ impl<R: Registers> Controller<R> {
 
     /// Hands a frame to the unit; whether it took it. Nothing is kept of one that it
     /// did not take: the next one says more.
-    pub fn transmit(&mut self, now_us: u64, frame: &Frame) -> bool {
+    pub fn transmit(&mut self, now_us: u64, frame: &CanFrame) -> bool {
         let is_taken = self.health.state == CanState::On && {
             self.look_at_mailboxes(now_us);
             self.mailboxes.put(&mut self.registers, now_us, frame)
@@ -155,18 +155,18 @@ impl<R: Registers> Controller<R> {
             return;
         }
         // The request to sleep, with which the unit comes out of reset, goes as well.
-        self.registers.write(Register::MCR, SETTINGS | INRQ);
+        self.registers.write(CanRegister::MCR, SETTINGS | INRQ);
         self.phase = Phase::Entering { since_us: now_us };
         self.health.state = CanState::Joining;
     }
 
     fn await_initialisation(&mut self, now_us: u64, since_us: u64) {
         let Some(timing) = self.timing else { return };
-        if self.registers.read(Register::MSR) & INAK != 0 {
-            self.registers.write(Register::BTR, timing.bits());
-            self.registers.write(Register::IER, FMPIE0 | BOFIE);
+        if self.registers.read(CanRegister::MSR) & INAK != 0 {
+            self.registers.write(CanRegister::BTR, timing.bits());
+            self.registers.write(CanRegister::IER, FMPIE0 | BOFIE);
             filters::set(&mut self.registers);
-            self.registers.write(Register::MCR, SETTINGS);
+            self.registers.write(CanRegister::MCR, SETTINGS);
             self.phase = Phase::Joining;
         } else if now_us.saturating_sub(since_us) >= PATIENCE_US {
             self.phase = Phase::Absent { since_us: now_us };
@@ -176,19 +176,19 @@ impl<R: Registers> Controller<R> {
 
     /// On a bus that is held dominant this is for ever, and costs nobody anything.
     fn await_bus(&mut self) {
-        if self.registers.read(Register::MSR) & INAK == 0 {
+        if self.registers.read(CanRegister::MSR) & INAK == 0 {
             self.phase = Phase::Taking;
             self.health.state = CanState::On;
         }
     }
 
     fn watch(&mut self, now_us: u64) {
-        let errors = self.registers.read(Register::ESR);
+        let errors = self.registers.read(CanRegister::ESR);
         [self.health.receive_errors, self.health.transmit_errors] =
             [(errors >> 24) as u8, (errors >> 16) as u8];
-        // The flag stays when the unit is back before the patrol comes by.
-        if self.registers.read(Register::MSR) & ERRI != 0 {
-            self.registers.write(Register::MSR, ERRI);
+        // The flag stays when the unit is back before the poll comes by.
+        if self.registers.read(CanRegister::MSR) & ERRI != 0 {
+            self.registers.write(CanRegister::MSR, ERRI);
             self.health.bus_offs = self.health.bus_offs.saturating_add(1);
         }
         self.health.state = if errors & BOFF != 0 {
@@ -205,18 +205,18 @@ impl<R: Registers> Controller<R> {
         self.health.given_up = self.health.given_up.saturating_add(outcome.given_up);
     }
 
-    fn first_frame(&self) -> Frame {
-        let head = self.registers.read(Register::RI0R);
-        let length = self.registers.read(Register::RDT0R);
-        let [a, b, c, d] = self.registers.read(Register::RDL0R).to_le_bytes();
-        let [e, f, g, h] = self.registers.read(Register::RDH0R).to_le_bytes();
+    fn first_frame(&self) -> CanFrame {
+        let head = self.registers.read(CanRegister::RI0R);
+        let length = self.registers.read(CanRegister::RDT0R);
+        let [a, b, c, d] = self.registers.read(CanRegister::RDL0R).to_le_bytes();
+        let [e, f, g, h] = self.registers.read(CanRegister::RDH0R).to_le_bytes();
         let identifier = if head & IDE != 0 {
-            Identifier::Extended(head >> 3)
+            CanIdentifier::Extended(head >> 3)
         } else {
-            Identifier::Standard(StandardId::from_bits((head >> 21) as u16))
+            CanIdentifier::Standard(StandardId::from_bits((head >> 21) as u16))
         };
         let length_code = (length & 0xf) as u8;
-        Frame::received(
+        CanFrame::received(
             identifier,
             head & RTR != 0,
             length_code,

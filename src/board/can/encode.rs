@@ -1,18 +1,18 @@
 //! Messages as frames: the ring's, which this board sends, and those that it reads, for
 //! simulators and tests.
 
-use super::{Board, BodySpeed, Frame, StandardId, TransmittedPose};
+use super::{AmiroModule, BodySpeed, CanFrame, StandardId, TransmittedPose};
 use crate::geometry::Pose;
 use crate::sensor::SENSORS;
 
 /// PROXIMITY_RING of a sensor, identifier 0x182 + 8 i: raw counts above the offset,
 /// scaled by [`scaled_above_offset`]. `None` for a sensor that the ring has not.
 #[must_use]
-pub fn proximity_ring(sensor: usize, raw: u16, offset: u16) -> Option<Frame> {
+pub fn proximity_ring(sensor: usize, raw: u16, offset: u16) -> Option<CanFrame> {
     let index = u8::try_from(sensor).ok().filter(|_| sensor < SENSORS)?;
-    let identifier = StandardId::of(0x30 + index, Board::PowerManagement);
+    let identifier = StandardId::of(0x30 + index, AmiroModule::PowerManagement);
     let value = scaled_above_offset(raw, offset);
-    Some(Frame::data(identifier, value.to_le_bytes()))
+    Some(CanFrame::data(identifier, value.to_le_bytes()))
 }
 
 /// What the robots say of a reading: 0 up to the offset, and 65535 for a full register.
@@ -32,20 +32,20 @@ pub fn scaled_above_offset(raw: u16, offset: u16) -> u16 {
 
 /// ODOMETRY of a pose, as the DiWheelDrive sends it; see [`TransmittedPose::of`].
 #[must_use]
-pub fn odometry(pose: &Pose) -> Frame {
+pub fn odometry(pose: &Pose) -> CanFrame {
     TransmittedPose::of(pose).frame()
 }
 
 /// ACTUAL_SPEED, as the DiWheelDrive sends it: whole um/s and urad/s, rounded down.
 #[must_use]
-pub fn actual_speed(speed: &BodySpeed) -> Frame {
-    Frame::data(StandardId::ACTUAL_SPEED, speed_bytes(speed))
+pub fn actual_speed(speed: &BodySpeed) -> CanFrame {
+    CanFrame::data(StandardId::ACTUAL_SPEED, speed_bytes(speed))
 }
 
 /// TARGET_SPEED, as Cognition sends it.
 #[must_use]
-pub fn target_speed(speed: &BodySpeed) -> Frame {
-    Frame::data(StandardId::TARGET_SPEED, speed_bytes(speed))
+pub fn target_speed(speed: &BodySpeed) -> CanFrame {
+    CanFrame::data(StandardId::TARGET_SPEED, speed_bytes(speed))
 }
 
 fn speed_bytes(speed: &BodySpeed) -> [u8; 8] {
@@ -69,11 +69,11 @@ mod tests {
     fn ring_frame_has_the_bytes_of_the_robots() {
         // (2569 - 2469) * 65535 / 63066 = 103.9: 103, 0x0067. Sensor 1: 0x31 << 3 | 2.
         let frame = proximity_ring(1, 2569, 2469);
-        let expected = Frame::data(StandardId::from_bits(0x18a), [0x67, 0x00]);
+        let expected = CanFrame::data(StandardId::from_bits(0x18a), [0x67, 0x00]);
         assert_eq!(frame, Some(expected));
         // 0x1234 above an offset of 0 is itself, lowest byte first.
         let frame = proximity_ring(7, 0x1234, 0);
-        let expected = Frame::data(StandardId::from_bits(0x1ba), [0x34, 0x12]);
+        let expected = CanFrame::data(StandardId::from_bits(0x1ba), [0x34, 0x12]);
         assert_eq!(frame, Some(expected));
         assert_eq!(proximity_ring(8, 1, 0), None);
         assert_eq!(proximity_ring(256, 1, 0), None);

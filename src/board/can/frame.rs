@@ -1,19 +1,19 @@
 //! A frame of the bus, whatever it says.
 
-use super::{Identifier, StandardId};
+use super::{CanIdentifier, StandardId};
 
 /// A frame as it is on the bus: identifier, kind, at most eight bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Frame {
-    identifier: Identifier,
+pub struct CanFrame {
+    identifier: CanIdentifier,
     is_remote: bool,
     length: u8,
     /// Zero beyond the length, so that equal frames are equal.
     bytes: [u8; 8],
 }
 
-impl Frame {
+impl CanFrame {
     /// A data frame with an 11-bit identifier; more than eight bytes do not compile.
     #[must_use]
     pub fn data<const LENGTH: usize>(identifier: StandardId, payload: [u8; LENGTH]) -> Self {
@@ -23,7 +23,7 @@ impl Frame {
             *byte = given;
         }
         Self {
-            identifier: Identifier::Standard(identifier),
+            identifier: CanIdentifier::Standard(identifier),
             is_remote: false,
             length: LENGTH as u8,
             bytes,
@@ -37,7 +37,7 @@ impl Frame {
     /// and has none, whatever its length code.
     #[must_use]
     pub fn received(
-        identifier: Identifier,
+        identifier: CanIdentifier,
         is_remote: bool,
         length_code: u8,
         mut bytes: [u8; 8],
@@ -57,7 +57,7 @@ impl Frame {
 
     /// The identifier.
     #[must_use]
-    pub const fn identifier(&self) -> Identifier {
+    pub const fn identifier(&self) -> CanIdentifier {
         self.identifier
     }
 
@@ -91,21 +91,21 @@ impl Frame {
 mod tests {
     use super::*;
 
-    const ID: Identifier = Identifier::Standard(StandardId::ODOMETRY);
+    const ID: CanIdentifier = CanIdentifier::Standard(StandardId::ODOMETRY);
 
     #[test]
     fn bytes_beyond_the_length_are_forgotten() {
-        let frame = Frame::received(ID, false, 3, [1, 2, 3, 4, 5, 6, 7, 8]);
+        let frame = CanFrame::received(ID, false, 3, [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(frame.payload(), [1, 2, 3]);
         assert_eq!(frame.bytes(), [1, 2, 3, 0, 0, 0, 0, 0]);
-        assert_eq!(frame, Frame::data(StandardId::ODOMETRY, [1, 2, 3]));
+        assert_eq!(frame, CanFrame::data(StandardId::ODOMETRY, [1, 2, 3]));
     }
 
     #[test]
     fn length_codes_beyond_eight_are_eight() {
         for code in 8..=15 {
             assert_eq!(
-                Frame::received(ID, false, code, [7; 8]).payload(),
+                CanFrame::received(ID, false, code, [7; 8]).payload(),
                 [7; 8],
                 "{code}"
             );
@@ -114,9 +114,9 @@ mod tests {
 
     #[test]
     fn remote_frame_has_a_length_and_no_payload() {
-        let frame = Frame::received(ID, true, 8, [7; 8]);
+        let frame = CanFrame::received(ID, true, 8, [7; 8]);
         assert_eq!((frame.length(), frame.payload()), (8, &[][..]));
-        let zeros = Frame::received(ID, false, 8, [0; 8]);
+        let zeros = CanFrame::received(ID, false, 8, [0; 8]);
         assert_ne!(frame, zeros);
         assert_eq!((frame.is_remote(), zeros.is_remote()), (true, false));
     }

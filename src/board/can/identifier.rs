@@ -3,7 +3,7 @@
 /// A module of the robot, by the number in its identifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Board {
+pub enum AmiroModule {
     /// The base board with the wheels.
     DiWheelDrive = 1,
     /// The board that this firmware is for.
@@ -14,7 +14,7 @@ pub enum Board {
     Cognition = 4,
 }
 
-impl Board {
+impl AmiroModule {
     /// Every board, by rising number.
     pub const ALL: [Self; 4] = [
         Self::DiWheelDrive,
@@ -31,25 +31,25 @@ pub struct StandardId(u16);
 
 impl StandardId {
     /// TARGET_SPEED from this board, 0x082.
-    pub const OWN_TARGET_SPEED: Self = Self::of(0x10, Board::PowerManagement);
+    pub const OWN_TARGET_SPEED: Self = Self::of(0x10, AmiroModule::PowerManagement);
     /// TARGET_SPEED from Cognition, 0x084.
-    pub const TARGET_SPEED: Self = Self::of(0x10, Board::Cognition);
+    pub const TARGET_SPEED: Self = Self::of(0x10, AmiroModule::Cognition);
     /// ACTUAL_SPEED, 0x101.
-    pub const ACTUAL_SPEED: Self = Self::of(0x20, Board::DiWheelDrive);
+    pub const ACTUAL_SPEED: Self = Self::of(0x20, AmiroModule::DiWheelDrive);
     /// ODOMETRY, 0x281.
-    pub const ODOMETRY: Self = Self::of(0x50, Board::DiWheelDrive);
+    pub const ODOMETRY: Self = Self::of(0x50, AmiroModule::DiWheelDrive);
     /// CALIBRATE_PROXIMITY_RING, 0x414.
-    pub const CALIBRATE_RING: Self = Self::of(0x82, Board::Cognition);
+    pub const CALIBRATE_RING: Self = Self::of(0x82, AmiroModule::Cognition);
 
     /// BROADCAST_SHUTDOWN from a board, 0x401 to 0x404.
     #[must_use]
-    pub const fn shutdown(from: Board) -> Self {
+    pub const fn shutdown(from: AmiroModule) -> Self {
         Self::of(0x80, from)
     }
 
     /// The identifier of a device's message from a board: `device << 3 | board`.
     #[must_use]
-    pub const fn of(device: u8, from: Board) -> Self {
+    pub const fn of(device: u8, from: AmiroModule) -> Self {
         Self((device as u16) << 3 | from as u16)
     }
 
@@ -69,7 +69,7 @@ impl StandardId {
 /// An identifier of either length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Identifier {
+pub enum CanIdentifier {
     /// 11 bits: every message of the AMiRo.
     Standard(StandardId),
     /// 29 bits: none of them.
@@ -88,10 +88,10 @@ mod tests {
             (StandardId::ACTUAL_SPEED, 0x101),
             (StandardId::ODOMETRY, 0x281),
             (StandardId::CALIBRATE_RING, 0x414),
-            (StandardId::shutdown(Board::PowerManagement), 0x402),
-            (StandardId::shutdown(Board::Cognition), 0x404),
-            (StandardId::of(0x30, Board::PowerManagement), 0x182),
-            (StandardId::of(0x37, Board::PowerManagement), 0x1ba),
+            (StandardId::shutdown(AmiroModule::PowerManagement), 0x402),
+            (StandardId::shutdown(AmiroModule::Cognition), 0x404),
+            (StandardId::of(0x30, AmiroModule::PowerManagement), 0x182),
+            (StandardId::of(0x37, AmiroModule::PowerManagement), 0x1ba),
         ] {
             assert_eq!(identifier.bits(), bits);
         }
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn no_identifier_has_more_than_eleven_bits() {
-        assert_eq!(StandardId::of(0xff, Board::Cognition).bits(), 0x7fc);
+        assert_eq!(StandardId::of(0xff, AmiroModule::Cognition).bits(), 0x7fc);
         assert_eq!(StandardId::from_bits(0xffff).bits(), 0x7ff);
     }
 }

@@ -1,8 +1,8 @@
 //! Frames that wait to be sent: three places in the unit.
 
-use super::{Frame, Identifier};
+use super::{CanFrame, CanIdentifier};
 
-use super::registers::{IDE, RTR, Register, Registers, TXRQ};
+use super::registers::{CanRegister, CanRegisters, IDE, RTR, TXRQ};
 
 /// Longest wait of a frame, microseconds; whatever it says is old by then.
 pub(super) const MOST_WAIT_US: u64 = 20_000;
@@ -51,14 +51,14 @@ impl Mailboxes {
     }
 
     /// Puts a frame into a free mailbox; whether there was one.
-    pub(super) fn put<R: Registers>(
+    pub(super) fn put<R: CanRegisters>(
         &mut self,
         registers: &mut R,
         now_us: u64,
-        frame: &Frame,
+        frame: &CanFrame,
     ) -> bool {
-        let status = registers.read(Register::TSR);
-        let places = self.since_us.iter_mut().zip(Register::MAILBOXES);
+        let status = registers.read(CanRegister::TSR);
+        let places = self.since_us.iter_mut().zip(CanRegister::MAILBOXES);
         for (mailbox, (since_us, [identifier, length, low, high])) in places.enumerate() {
             if since_us.is_some() || status & empty(mailbox) == 0 {
                 continue;
@@ -77,29 +77,29 @@ impl Mailboxes {
     /// Looks which requests are done and gives up those that wait for too long.
     ///
     /// A request that is given up in the middle of its frame ends with it, perhaps well.
-    pub(super) fn look<R: Registers>(&mut self, registers: &mut R, now_us: u64) -> Outcome {
+    pub(super) fn look<R: CanRegisters>(&mut self, registers: &mut R, now_us: u64) -> Outcome {
         let mut outcome = Outcome::default();
-        let status = registers.read(Register::TSR);
+        let status = registers.read(CanRegister::TSR);
         for (mailbox, place) in self.since_us.iter_mut().enumerate() {
             let Some(since_us) = *place else { continue };
             if status & empty(mailbox) != 0 {
                 let is_sent = status & sent(mailbox) != 0;
                 outcome.sent += u32::from(is_sent);
                 outcome.given_up += u32::from(!is_sent);
-                registers.write(Register::TSR, completed(mailbox));
+                registers.write(CanRegister::TSR, completed(mailbox));
                 *place = None;
             } else if now_us.saturating_sub(since_us) >= MOST_WAIT_US {
-                registers.write(Register::TSR, abort(mailbox));
+                registers.write(CanRegister::TSR, abort(mailbox));
             }
         }
         outcome
     }
 }
 
-fn identifier_bits(frame: &Frame) -> u32 {
+fn identifier_bits(frame: &CanFrame) -> u32 {
     let bits = match frame.identifier() {
-        Identifier::Standard(identifier) => u32::from(identifier.bits()) << 21,
-        Identifier::Extended(identifier) => identifier << 3 | IDE,
+        CanIdentifier::Standard(identifier) => u32::from(identifier.bits()) << 21,
+        CanIdentifier::Extended(identifier) => identifier << 3 | IDE,
     };
     if frame.is_remote() { bits | RTR } else { bits }
 }

@@ -1,19 +1,19 @@
 //! What a frame says to this board.
 
-use super::{Board, BodySpeed, Frame, Identifier, StandardId, TransmittedPose};
+use super::{AmiroModule, BodySpeed, CanFrame, CanIdentifier, StandardId, TransmittedPose};
 use crate::geometry::Pose;
 
-/// Every identifier that [`Message::decode`] reads; a controller's filters need no other.
-pub const READ: [StandardId; 9] = [
+/// Every identifier that [`CanMessage::decode`] reads; a controller's filters need no other.
+pub const READ_IDS: [StandardId; 9] = [
     StandardId::ODOMETRY,
     StandardId::ACTUAL_SPEED,
     StandardId::TARGET_SPEED,
     StandardId::OWN_TARGET_SPEED,
     StandardId::CALIBRATE_RING,
-    StandardId::shutdown(Board::DiWheelDrive),
-    StandardId::shutdown(Board::PowerManagement),
-    StandardId::shutdown(Board::LightRing),
-    StandardId::shutdown(Board::Cognition),
+    StandardId::shutdown(AmiroModule::DiWheelDrive),
+    StandardId::shutdown(AmiroModule::PowerManagement),
+    StandardId::shutdown(AmiroModule::LightRing),
+    StandardId::shutdown(AmiroModule::Cognition),
 ];
 
 /// Faster than this is damage, not a robot: micrometres a second. The AMiRo has been
@@ -28,7 +28,7 @@ pub(super) const SHUTDOWN: u16 = 0xaa55;
 /// A message of the bus that this board reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Message {
+pub enum CanMessage {
     /// Where the wheels' odometry believes the robot to be, every 63 ms.
     ///
     /// The frame has no stamp; the odometry in it is up to 50 ms old.
@@ -40,13 +40,13 @@ pub enum Message {
     /// The readings of now are the ring's offsets.
     CalibrateRing,
     /// A board wants all of them off.
-    Shutdown(Board),
+    Shutdown(AmiroModule),
 }
 
 /// Why a frame says nothing to this board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Ignored {
+pub enum IgnoredFrame {
     /// Its identifier has 29 bits.
     Extended,
     /// It asks for data.
@@ -59,7 +59,7 @@ pub enum Ignored {
     ImpossibleValue,
 }
 
-impl core::fmt::Display for Ignored {
+impl core::fmt::Display for IgnoredFrame {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Extended => "identifier has 29 bits",
@@ -71,24 +71,24 @@ impl core::fmt::Display for Ignored {
     }
 }
 
-impl core::error::Error for Ignored {}
+impl core::error::Error for IgnoredFrame {}
 
-impl Message {
+impl CanMessage {
     /// What a frame says.
     ///
     /// # Errors
-    /// Why it says nothing; one [`Ignored`] a frame, tested in the order of its variants.
-    pub fn decode(frame: &Frame) -> Result<Self, Ignored> {
-        let Identifier::Standard(identifier) = frame.identifier() else {
-            return Err(Ignored::Extended);
+    /// Why it says nothing; one [`IgnoredFrame`] a frame, tested in the order of its variants.
+    pub fn decode(frame: &CanFrame) -> Result<Self, IgnoredFrame> {
+        let CanIdentifier::Standard(identifier) = frame.identifier() else {
+            return Err(IgnoredFrame::Extended);
         };
         if frame.is_remote() {
-            return Err(Ignored::NotData);
+            return Err(IgnoredFrame::NotData);
         }
         match identifier {
             StandardId::ODOMETRY => TransmittedPose::from_bytes(payload(frame)?)
                 .map(|sent| Self::Odometry(sent.pose()))
-                .ok_or(Ignored::ImpossibleValue),
+                .ok_or(IgnoredFrame::ImpossibleValue),
             StandardId::ACTUAL_SPEED => speed(payload(frame)?).map(Self::ActualSpeed),
             StandardId::TARGET_SPEED | StandardId::OWN_TARGET_SPEED => {
                 speed(payload(frame)?).map(Self::TargetSpeed)
@@ -100,15 +100,18 @@ impl Message {
 }
 
 /// The payload, if it has exactly the message's length.
-fn payload<const LENGTH: usize>(frame: &Frame) -> Result<[u8; LENGTH], Ignored> {
-    frame.payload().try_into().map_err(|_| Ignored::WrongLength)
+fn payload<const LENGTH: usize>(frame: &CanFrame) -> Result<[u8; LENGTH], IgnoredFrame> {
+    frame
+        .payload()
+        .try_into()
+        .map_err(|_| IgnoredFrame::WrongLength)
 }
 
-fn speed([v0, v1, v2, v3, w0, w1, w2, w3]: [u8; 8]) -> Result<BodySpeed, Ignored> {
+fn speed([v0, v1, v2, v3, w0, w1, w2, w3]: [u8; 8]) -> Result<BodySpeed, IgnoredFrame> {
     let forward = i32::from_le_bytes([v0, v1, v2, v3]);
     let turn = i32::from_le_bytes([w0, w1, w2, w3]);
     if forward.unsigned_abs() > MOST_FORWARD || turn.unsigned_abs() > MOST_TURN {
-        return Err(Ignored::ImpossibleValue);
+        return Err(IgnoredFrame::ImpossibleValue);
     }
     Ok(BodySpeed {
         forward_m_per_s: forward as f32 / 1e6,
@@ -116,15 +119,15 @@ fn speed([v0, v1, v2, v3, w0, w1, w2, w3]: [u8; 8]) -> Result<BodySpeed, Ignored
     })
 }
 
-fn shutdown(identifier: StandardId, frame: &Frame) -> Result<Message, Ignored> {
-    let sender = Board::ALL
+fn shutdown(identifier: StandardId, frame: &CanFrame) -> Result<CanMessage, IgnoredFrame> {
+    let sender = AmiroModule::ALL
         .into_iter()
         .find(|board| StandardId::shutdown(*board) == identifier);
     let Some(sender) = sender else {
-        return Err(Ignored::UnknownId);
+        return Err(IgnoredFrame::UnknownId);
     };
     match u16::from_le_bytes(payload(frame)?) {
-        SHUTDOWN => Ok(Message::Shutdown(sender)),
-        _ => Err(Ignored::ImpossibleValue),
+        SHUTDOWN => Ok(CanMessage::Shutdown(sender)),
+        _ => Err(IgnoredFrame::ImpossibleValue),
     }
 }

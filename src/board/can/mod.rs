@@ -1,7 +1,7 @@
 //! The robot's bus: the controller of CAN1, without a wait.
 //!
 //! Everything here is bounded: a call reads and writes some registers and returns, and
-//! what takes time is looked for at the next [`Controller::patrol`]. The crate `bxcan`
+//! what takes time is looked for at the next [`CanController::poll`]. The crate `bxcan`
 //! does not serve: several of its calls, leaving initialisation among them, poll until
 //! the unit answers, which without a bus or in an emulator is never.
 
@@ -20,12 +20,12 @@ mod state;
 mod transmitted;
 
 pub use bit_timing::BitTiming;
-pub use controller::{CanHealth, Controller};
+pub use controller::{CanController, CanControllerHealth};
 pub use encode::{actual_speed, odometry, proximity_ring, scaled_above_offset, target_speed};
-pub use frame::Frame;
-pub use identifier::{Board, Identifier, StandardId};
-pub use message::{Ignored, Message, READ};
-pub use registers::{Register, Registers};
+pub use frame::CanFrame;
+pub use identifier::{AmiroModule, CanIdentifier, StandardId};
+pub use message::{CanMessage, IgnoredFrame, READ_IDS};
+pub use registers::{CanRegister, CanRegisters};
 pub use schedule::{CYCLE_US, LEAST_GAP_US, RingSchedule};
 pub use speed::BodySpeed;
 pub use state::CanState;

@@ -2,7 +2,7 @@
 
 use core::f32::consts::TAU;
 
-use super::{Frame, StandardId};
+use super::{CanFrame, StandardId};
 use crate::geometry::Pose;
 
 /// Millionths, of a metre or a radian, that the lowest bit stands for.
@@ -50,11 +50,11 @@ impl TransmittedPose {
 
     /// The frame that carries the steps: 24, 24 and 16 bits.
     #[must_use]
-    pub fn frame(&self) -> Frame {
+    pub fn frame(&self) -> CanFrame {
         let [x0, x1, x2, _] = self.x.to_le_bytes();
         let [y0, y1, y2, _] = self.y.to_le_bytes();
         let [h0, h1] = self.heading.to_le_bytes();
-        Frame::data(StandardId::ODOMETRY, [x0, x1, x2, y0, y1, y2, h0, h1])
+        CanFrame::data(StandardId::ODOMETRY, [x0, x1, x2, y0, y1, y2, h0, h1])
     }
 
     /// The steps in a frame's eight bytes; `None` for a heading beyond a full turn.

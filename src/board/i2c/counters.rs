@@ -2,7 +2,7 @@
 
 /// Counts of faults; each stays at its greatest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
+pub struct MasterCounters {
     /// Times that the bus was freed by hand, or that this was tried; not the start's.
     pub recoveries: u16,
     /// Transactions that did not end in their time.

@@ -1,6 +1,6 @@
 //! How long, and how often.
 
-/// Longest time without progress, microseconds. With a patrol every 500 us a hang is
+/// Longest time without progress, microseconds. With a poll every 500 us a hang is
 /// found within 900 us.
 pub(super) const STALL_US: u64 = 400;
 
@@ -21,5 +21,5 @@ pub(super) const LOOKS: u8 = 64;
 /// Useless event interrupts in a row after which the event is no longer listened to.
 ///
 /// A repeated start leaves the old event standing until it is on the bus: some six
-/// calls of half a microsecond. More than these would keep the patrol from running.
+/// calls of half a microsecond. More than these would keep the poll from running.
 pub(super) const USELESS_EVENTS: u8 = 32;

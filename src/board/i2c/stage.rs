@@ -4,12 +4,12 @@ use crate::board::i2c::BusFault;
 
 /// What a call has led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum TransferProgress {
     /// No transaction is under way.
     Idle,
     /// The transaction goes on.
     Running,
-    /// The transaction has just ended: [`result`](super::Master::result). Said once for each.
+    /// The transaction has just ended: [`result`](super::I2cMaster::result). Said once for each.
     Done,
     /// Not begun: another transaction is under way.
     Refused,

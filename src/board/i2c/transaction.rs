@@ -11,7 +11,7 @@ pub const LONGEST_READ: usize = 16;
 /// A transaction of neither is an address alone, which asks whether a part is there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Transaction {
+pub struct BusTransaction {
     address: u8,
     /// Zeros beyond those that are written.
     bytes: [u8; LONGEST_WRITE],
@@ -19,7 +19,7 @@ pub struct Transaction {
     read: u8,
 }
 
-impl Transaction {
+impl BusTransaction {
     /// Writes `bytes`, of which those beyond [`LONGEST_WRITE`] are cut off, then reads
     /// `read` bytes, at most [`LONGEST_READ`]. The address has seven bits.
     #[must_use]
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_cut_off() {
-        let transaction = Transaction::new(0x93, &[7; 12], 40);
+        let transaction = BusTransaction::new(0x93, &[7; 12], 40);
         assert_eq!(transaction.address(), 0x13);
         assert_eq!(transaction.to_write(), [7; LONGEST_WRITE]);
         assert_eq!(transaction.to_read(), LONGEST_READ);
@@ -152,29 +152,32 @@ mod tests {
         let mux = crate::board::i2c::muxed_bus::MUX_ADDRESS;
         let select = pca9544a::transactions::select(mux, pca9544a::Channel::Three);
         assert_eq!(
-            Transaction::of_mux(&select),
-            Transaction::new(0x77, &[7], 0)
+            BusTransaction::of_mux(&select),
+            BusTransaction::new(0x77, &[7], 0)
         );
         let read = pca9544a::transactions::read_control(mux);
-        assert_eq!(Transaction::of_mux(&read), Transaction::new(0x77, &[], 1));
+        assert_eq!(
+            BusTransaction::of_mux(&read),
+            BusTransaction::new(0x77, &[], 1)
+        );
         let thresholds = write_thresholds(0x0102, 0x0304);
         let bytes = [0x8a, 1, 2, 3, 4];
         assert_eq!(
-            Transaction::of_sensor(&thresholds),
-            Transaction::new(0x13, &bytes, 0)
+            BusTransaction::of_sensor(&thresholds),
+            BusTransaction::new(0x13, &bytes, 0)
         );
-        let measurement = Transaction::of_sensor(&read_measurement());
-        assert_eq!(measurement, Transaction::new(0x13, &[0x85], 4));
+        let measurement = BusTransaction::of_sensor(&read_measurement());
+        assert_eq!(measurement, BusTransaction::new(0x13, &[0x85], 4));
         assert_eq!(measurement.clocks(), read_measurement().clocks());
-        assert_eq!(Transaction::of_mux(&select).clocks(), select.clocks());
+        assert_eq!(BusTransaction::of_mux(&select).clocks(), select.clocks());
     }
 
     #[test]
     fn clocks_count_every_byte_and_every_start() {
         // Start, address, acknowledge, stop.
-        assert_eq!(Transaction::new(0x13, &[], 0).clocks(), 11);
-        assert_eq!(Transaction::new(0x13, &[0x80, 7], 0).clocks(), 29);
-        assert_eq!(Transaction::new(0x77, &[], 1).clocks(), 20);
-        assert_eq!(Transaction::new(0x13, &[0x85], 4).clocks(), 66);
+        assert_eq!(BusTransaction::new(0x13, &[], 0).clocks(), 11);
+        assert_eq!(BusTransaction::new(0x13, &[0x80, 7], 0).clocks(), 29);
+        assert_eq!(BusTransaction::new(0x77, &[], 1).clocks(), 20);
+        assert_eq!(BusTransaction::new(0x13, &[0x85], 4).clocks(), 66);
     }
 }

@@ -1,86 +1,90 @@
-//! How long the last lives were: whether the image dies again and again.
+//! How long the last boots ran: detects a loop of resets.
 
-/// Lives that are looked back on.
-pub const LIVES: usize = 3;
+/// Boots that are kept.
+pub const KEPT_BOOTS: usize = 3;
 
-/// Three lives that together are shorter than this are a loop of resets, milliseconds.
+/// Three failed boots that together ran shorter than this are a loop, milliseconds.
 pub const SHORT_MS: u32 = 10_000;
 
-/// Marks memory that holds lives: "live" in ASCII.
+/// Words that hold a history.
+pub const HISTORY_WORDS: usize = KEPT_BOOTS + 3;
+
+/// Marks memory that holds a history: "live" in ASCII.
 const MAGIC: u32 = 0x6c69_7665;
 
-/// No such life, or one that ended as it should.
+/// No such boot, or one that did not fail.
 const NONE: u32 = u32::MAX;
 
-/// The ages at which the last lives ended by themselves, and that of the present one.
+/// The uptimes at which the last boots failed, and that of the present one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lives {
-    ended_ms: [u32; LIVES],
-    alive_ms: u32,
+pub struct BootHistory {
+    failed_ms: [u32; KEPT_BOOTS],
+    uptime_ms: u32,
 }
 
-impl Lives {
-    /// No life before this one.
+impl BootHistory {
+    /// No boot before this one.
     pub const FIRST: Self = Self {
-        ended_ms: [NONE; LIVES],
-        alive_ms: 0,
+        failed_ms: [NONE; KEPT_BOOTS],
+        uptime_ms: 0,
     };
 
-    /// The lives of a new start, from the words that the last one left behind.
+    /// The history of a new boot, from the words that the last one left.
     ///
-    /// `died` says that it ended by itself: by a panic, a fault or the watchdog. After
-    /// power or the reset pin, and after memory that nobody wrote, nothing is held
-    /// against the image.
+    /// `failed` says that the last boot ended by a panic, a fault or the watchdog. After
+    /// power-on, the reset pin, or words that hold no history, the history is empty.
     #[must_use]
-    pub fn begin(words: [u32; LIVES + 3], died: bool) -> Self {
+    pub fn begin(words: [u32; HISTORY_WORDS], failed: bool) -> Self {
         match Self::from_words(words) {
-            Some(before) if died => {
-                let [_, second, third] = before.ended_ms;
+            Some(before) if failed => {
+                let [_, second, third] = before.failed_ms;
                 Self {
-                    ended_ms: [second, third, before.alive_ms],
-                    alive_ms: 0,
+                    failed_ms: [second, third, before.uptime_ms],
+                    uptime_ms: 0,
                 }
             }
             _ => Self::FIRST,
         }
     }
 
-    /// The present life is so old now.
-    pub fn live_on(&mut self, alive_ms: u32) {
-        self.alive_ms = alive_ms.min(NONE - 1);
+    /// Records the present boot's uptime.
+    pub fn record_uptime(&mut self, uptime_ms: u32) {
+        self.uptime_ms = uptime_ms.min(NONE - 1);
     }
 
-    /// How old the present life is, or, read from the last one's words, became.
+    /// The recorded uptime of the present boot; of words left by the last boot, its own.
     #[must_use]
-    pub const fn alive_ms(&self) -> u32 {
-        self.alive_ms
+    pub const fn uptime_ms(&self) -> u32 {
+        self.uptime_ms
     }
 
-    /// Whether the last three lives ended by themselves within [`SHORT_MS`].
+    /// Whether the last three boots failed within [`SHORT_MS`] in all.
     #[must_use]
     pub fn is_loop(&self) -> bool {
-        self.ended_ms
+        self.failed_ms
             .iter()
-            .try_fold(0_u32, |sum, &age_ms| sum.checked_add(age_ms))
+            .try_fold(0_u32, |sum, &uptime_ms| sum.checked_add(uptime_ms))
             .is_some_and(|sum| sum < SHORT_MS)
     }
 
     /// As words for memory that a reset leaves alone.
     #[must_use]
-    pub fn to_words(&self) -> [u32; LIVES + 3] {
-        let [first, second, third] = self.ended_ms;
-        let alive = self.alive_ms;
-        let sum = first ^ second ^ third ^ alive ^ !MAGIC;
-        [MAGIC, first, second, third, alive, sum]
+    pub fn to_words(&self) -> [u32; HISTORY_WORDS] {
+        let [first, second, third] = self.failed_ms;
+        let uptime = self.uptime_ms;
+        let sum = first ^ second ^ third ^ uptime ^ !MAGIC;
+        [MAGIC, first, second, third, uptime, sum]
     }
 
-    /// The lives in some words, if they hold any.
+    /// The history in some words; `None` if they hold none.
     #[must_use]
-    pub fn from_words([magic, first, second, third, alive, sum]: [u32; LIVES + 3]) -> Option<Self> {
-        let is_whole = magic == MAGIC && sum == first ^ second ^ third ^ alive ^ !MAGIC;
+    pub fn from_words(
+        [magic, first, second, third, uptime, sum]: [u32; HISTORY_WORDS],
+    ) -> Option<Self> {
+        let is_whole = magic == MAGIC && sum == first ^ second ^ third ^ uptime ^ !MAGIC;
         is_whole.then_some(Self {
-            ended_ms: [first, second, third],
-            alive_ms: alive,
+            failed_ms: [first, second, third],
+            uptime_ms: uptime,
         })
     }
 }
@@ -89,59 +93,64 @@ impl Lives {
 mod tests {
     use super::*;
 
-    /// A start after lives of these ages that all ended by themselves.
-    fn after(ages_ms: &[u32]) -> Lives {
-        let mut words = [0xa5a5_a5a5; LIVES + 3];
-        let mut lives = Lives::begin(words, true);
-        for &age_ms in ages_ms {
-            lives.live_on(age_ms);
-            words = lives.to_words();
-            lives = Lives::begin(words, true);
+    /// A boot after boots of these uptimes that all failed.
+    fn after(uptimes_ms: &[u32]) -> BootHistory {
+        let mut words = [0xa5a5_a5a5; HISTORY_WORDS];
+        let mut history = BootHistory::begin(words, true);
+        for &uptime_ms in uptimes_ms {
+            history.record_uptime(uptime_ms);
+            words = history.to_words();
+            history = BootHistory::begin(words, true);
         }
-        lives
+        history
     }
 
     #[test]
-    fn f58_the_third_death_in_ten_seconds_is_a_loop() {
-        assert!(!after(&[]).is_loop());
-        assert!(!after(&[300, 300]).is_loop());
-        assert!(after(&[300, 300, 300]).is_loop());
-        assert!(!after(&[300, 300, 9_400]).is_loop());
-        assert!(after(&[60_000, 300, 300, 9_399]).is_loop());
-        assert!(!after(&[300, 60_000, 300]).is_loop());
-        assert!(!after(&[u32::MAX, 300, 300]).is_loop());
+    fn f58_the_third_failed_boot_in_ten_seconds_is_a_loop() {
+        for (uptimes_ms, is_loop) in [
+            (&[][..], false),
+            (&[300, 300], false),
+            (&[300, 300, 300], true),
+            (&[300, 300, 9_400], false),
+            (&[60_000, 300, 300, 9_399], true),
+            (&[300, 60_000, 300], false),
+            (&[u32::MAX, 300, 300], false),
+        ] {
+            assert_eq!(after(uptimes_ms).is_loop(), is_loop, "{uptimes_ms:?}");
+        }
     }
 
     #[test]
-    fn f58_what_a_life_became_is_read_from_the_words_it_left() {
-        let mut lives = after(&[1, 2, 3]);
-        assert_eq!(lives.alive_ms(), 0, "a life begins");
-        lives.live_on(4_321);
-        let read = Lives::from_words(lives.to_words());
-        assert_eq!(read, Some(lives));
-        assert_eq!(read.map(|lives| lives.alive_ms()), Some(4_321));
-        lives.live_on(u32::MAX);
-        assert_ne!(lives.alive_ms(), NONE, "however old, it was a life");
+    fn f58_the_uptime_of_a_boot_is_read_from_the_words_it_left() {
+        let mut history = after(&[1, 2, 3]);
+        assert_eq!(history.uptime_ms(), 0);
+        history.record_uptime(4_321);
+        let read = BootHistory::from_words(history.to_words());
+        assert_eq!(read, Some(history));
+        assert_eq!(read.map(|history| history.uptime_ms()), Some(4_321));
+        history.record_uptime(u32::MAX);
+        assert_ne!(history.uptime_ms(), NONE, "the longest uptime is a boot");
     }
 
     #[test]
-    fn f58_power_and_the_reset_pin_begin_anew() {
-        let lives = after(&[300, 300, 300]);
-        assert_eq!(Lives::begin(lives.to_words(), false), Lives::FIRST);
-        assert!(!Lives::FIRST.is_loop());
+    fn f58_power_and_the_reset_pin_empty_the_history() {
+        let history = after(&[300, 300, 300]);
+        let begun = BootHistory::begin(history.to_words(), false);
+        assert_eq!(begun, BootHistory::FIRST);
+        assert!(!BootHistory::FIRST.is_loop());
     }
 
     #[test]
-    fn memory_that_nobody_wrote_holds_no_lives() {
+    fn memory_that_was_never_written_holds_no_history() {
         for word in [0, u32::MAX, 0xa5a5_a5a5] {
-            assert_eq!(Lives::from_words([word; LIVES + 3]), None);
+            assert_eq!(BootHistory::from_words([word; HISTORY_WORDS]), None);
         }
         let words = after(&[5]).to_words();
         for word in 0..words.len() {
             for bit in 0..32 {
                 let mut damaged = words;
                 damaged[word] ^= 1 << bit;
-                assert_eq!(Lives::from_words(damaged), None, "{word}, {bit}");
+                assert_eq!(BootHistory::from_words(damaged), None, "{word}, {bit}");
             }
         }
     }

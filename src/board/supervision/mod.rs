@@ -1,8 +1,8 @@
-//! Watching over the image itself: who still runs, how the last life ended, how much a
-//! step may cost.
+//! Rules by which the image supervises itself: do all tasks run, how did the last boot
+//! end, how long may a step take.
 //!
-//! Values and rules only: registers, memory that survives a reset and the watchdog are
-//! the board's. What is found is said in the stream.
+//! Values and rules only: the flash image owns the registers, the memory that survives a
+//! reset and the watchdog. The findings go out as [`Supervision`] and [`PostMortem`].
 
 mod boot_history;
 mod load;
@@ -12,25 +12,25 @@ mod task_check_in;
 
 use serde::{Deserialize, Serialize};
 
-pub use boot_history::{LIVES, Lives, SHORT_MS};
+pub use boot_history::{BootHistory, HISTORY_WORDS, KEPT_BOOTS, SHORT_MS};
 pub use load::{LoadGuard, STAGES};
-pub use post_mortem::{Cause, PLACE, PostMortem, Registers, WORDS};
+pub use post_mortem::{CoreRegisters, FailureCause, MAX_PLACE_BYTES, PostMortem, RECORD_WORDS};
 pub use programming_port::ProgrammingPort;
-pub use task_check_in::{Roll, Task};
+pub use task_check_in::{Task, TaskCheckIn};
 
-/// How the image watches over itself, once a second and after a start.
+/// State of the image, sent after a start and once per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Supervision {
-    /// Whether it does all it can.
+    /// Whether it does everything.
     pub mode: Mode,
-    /// What began this life.
+    /// What caused the last reset.
     pub reset: ResetCause,
     /// Whether the flash holds what was built.
     pub image: ImageCheck,
     /// Whether AMiRo's boot loader started the image.
     pub is_under_loader: bool,
-    /// Bytes of the stack that no task has used since the start; 0 before the first look.
+    /// Bytes of the stack that no task has used since the start; 0 before the first check.
     pub stack_unused: u32,
 }
 
@@ -41,20 +41,20 @@ pub enum Mode {
     /// Everything.
     #[default]
     Normal,
-    /// It talks and does not filter: it died three times within ten seconds.
+    /// It communicates and does not filter: three boots failed within ten seconds.
     SafeAfterDeaths,
-    /// It talks and does not filter: its flash is damaged.
+    /// It communicates and does not filter: its flash is damaged.
     SafeForImage,
-    /// Somebody wants the robot off: it says so, and hands over to the boot loader if
+    /// A shutdown was requested: it reports that, and hands over to the boot loader if
     /// there is one.
     ShuttingDown,
 }
 
-/// What began a life, of the chip's own flags. Variants are appended, never reordered.
+/// What caused a reset, by the chip's own flags. Variants are appended, never reordered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ResetCause {
-    /// The chip says nothing, as in an emulator.
+    /// The chip has no flag set, as in an emulator.
     #[default]
     Unknown,
     /// Power came, or fell too low and came back.
@@ -71,12 +71,12 @@ pub enum ResetCause {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ImageCheck {
-    /// Nobody wrote a checksum into it: it was flashed from the ELF file.
+    /// It has no checksum: it was flashed from the ELF file.
     #[default]
     Unmarked,
-    /// It does.
+    /// The checksum matches.
     Good,
-    /// It does not.
+    /// The checksum does not match.
     Damaged,
 }
 
@@ -105,10 +105,10 @@ impl ResetCause {
         }
     }
 
-    /// Whether the image itself may have been the cause. Where the chip says nothing, a
-    /// record of a death speaks for itself.
+    /// Whether the image itself may have caused it. Where the chip has no flag, a kept
+    /// post-mortem record decides.
     #[must_use]
-    pub const fn may_be_death(self) -> bool {
+    pub const fn may_be_failure(self) -> bool {
         matches!(self, Self::Software | Self::Watchdog | Self::Unknown)
     }
 }
@@ -119,46 +119,38 @@ mod tests {
 
     #[test]
     fn f59_reset_flags_name_their_cause() {
+        // RM0090, 7.3.21, from bit 31 down: low power, window watchdog, independent
+        // watchdog, software, power, pin, brown-out. Bit 24 clears them. The chip sets the
+        // pin's flag with every other one, and both of power.
         for (csr, cause) in [
+            (1 << 31, ResetCause::Pin),
+            (1 << 30, ResetCause::Watchdog),
+            (1 << 29, ResetCause::Watchdog),
+            (1 << 28, ResetCause::Software),
+            (1 << 27, ResetCause::Power),
+            (1 << 26, ResetCause::Pin),
+            (1 << 25, ResetCause::Power),
+            (1 << 24, ResetCause::Unknown),
+            (0, ResetCause::Unknown),
             (0x0e00_0003, ResetCause::Power),
             (0x0600_0003, ResetCause::Power),
             (0x2400_0003, ResetCause::Watchdog),
             (0x1400_0003, ResetCause::Software),
-            (0x0400_0003, ResetCause::Pin),
-            (0x0000_0000, ResetCause::Unknown),
         ] {
             assert_eq!(ResetCause::of_flags(csr), cause, "{csr:#x}");
         }
     }
 
     #[test]
-    fn f59_each_reset_flag_alone_has_its_cause() {
-        // RM0090, 7.3.21, from bit 31 down: low power, window watchdog, independent
-        // watchdog, software, power, pin, brown-out. Bit 24 clears them and says nothing.
-        for (bit, cause) in [
-            (31, ResetCause::Pin),
-            (30, ResetCause::Watchdog),
-            (29, ResetCause::Watchdog),
-            (28, ResetCause::Software),
-            (27, ResetCause::Power),
-            (26, ResetCause::Pin),
-            (25, ResetCause::Power),
-            (24, ResetCause::Unknown),
-        ] {
-            assert_eq!(ResetCause::of_flags(1 << bit), cause, "bit {bit}");
-        }
-    }
-
-    #[test]
-    fn f58_only_what_the_image_can_do_itself_is_held_against_it() {
-        for (cause, may_be_death) in [
+    fn f58_only_resets_that_the_image_can_cause_may_be_failures() {
+        for (cause, may_be_failure) in [
             (ResetCause::Software, true),
             (ResetCause::Watchdog, true),
             (ResetCause::Unknown, true),
             (ResetCause::Power, false),
             (ResetCause::Pin, false),
         ] {
-            assert_eq!(cause.may_be_death(), may_be_death, "{cause:?}");
+            assert_eq!(cause.may_be_failure(), may_be_failure, "{cause:?}");
         }
     }
 }

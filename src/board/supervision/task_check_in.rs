@@ -1,52 +1,48 @@
-//! Who still runs: the watchdog is fed only when everybody has reported.
+//! The watchdog is fed only after every task has checked in.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// A task that must run again and again.
+/// A task that must run periodically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    /// What looks after buses and rounds.
-    Patrol,
+    /// The task that serves deadlines and sensor rounds.
+    Poll,
     /// The heartbeat.
-    Beat,
-    /// The program: between its inputs, and with every frame of a long step.
-    Think,
+    Heartbeat,
+    /// The program; it checks in between its inputs and with every frame of a long step.
+    Run,
 }
 
 impl Task {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Patrol, Self::Beat, Self::Think];
+    /// All tasks.
+    pub const ALL: [Self; 3] = [Self::Poll, Self::Heartbeat, Self::Run];
 
     const fn bit(self) -> u8 {
-        match self {
-            Self::Patrol => 1,
-            Self::Beat => 2,
-            Self::Think => 4,
-        }
+        1 << self as u8
     }
 }
 
-/// Who has reported since the roll was called last. Shared by all tasks.
+/// The tasks that have checked in since the watchdog was last fed. Shared by all tasks.
 #[derive(Debug, Default)]
-pub struct Roll(AtomicU8);
+pub struct TaskCheckIn(AtomicU8);
 
-impl Roll {
-    /// A roll on which nobody has reported.
+impl TaskCheckIn {
+    /// No task has checked in.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU8::new(0))
     }
 
-    /// The task runs.
+    /// Notes that the task runs.
     #[inline]
-    pub fn report(&self, task: Task) {
+    pub fn check_in(&self, task: Task) {
         self.0.fetch_or(task.bit(), Ordering::Relaxed);
     }
 
-    /// Whether all have reported since the last time that this was so. If not, what was
-    /// reported stays.
+    /// Whether all tasks have checked in; if so, begins anew. Otherwise those that have
+    /// stay checked in.
     #[must_use]
-    pub fn call(&self) -> bool {
+    pub fn all_checked_in(&self) -> bool {
         let all = Task::ALL.into_iter().fold(0, |all, task| all | task.bit());
         let complete = self.0.load(Ordering::Relaxed) == all;
         if complete {
@@ -60,53 +56,37 @@ impl Roll {
 mod tests {
     use super::*;
 
-    /// A watchdog by the chip's manual: it resets so long after it was fed last.
-    struct Watchdog {
-        period_ms: u32,
-        fed_ms: u32,
-    }
-
-    /// Runs the tasks at their rates until the watchdog bites; when it does, with a
-    /// task that hangs from a time on.
-    fn bitten_ms(hangs: Option<(Task, u32)>, period_ms: u32) -> Option<u32> {
-        let roll = Roll::new();
-        let mut watchdog = Watchdog {
-            period_ms,
-            fed_ms: 0,
-        };
+    /// When the watchdog resets the chip, with the tasks at their rates and one that may
+    /// hang from a time on.
+    fn reset_ms(hang: Option<(Task, u32)>, period_ms: u32) -> Option<u32> {
+        let tasks = TaskCheckIn::new();
+        let mut fed_ms = 0;
         let runs = |task: Task, now_ms: u32| {
-            hangs.is_none_or(|(hung, since_ms)| hung != task || now_ms < since_ms)
+            hang.is_none_or(|(hung, since_ms)| hung != task || now_ms < since_ms)
         };
-        for now_ms in 0..20_000 {
-            if runs(Task::Patrol, now_ms) {
-                roll.report(Task::Patrol);
-            }
-            if now_ms % 125 == 0 && runs(Task::Think, now_ms) {
-                roll.report(Task::Think);
-            }
-            if now_ms % 125 == 0 && runs(Task::Beat, now_ms) {
-                roll.report(Task::Beat);
-                if roll.call() {
-                    watchdog.fed_ms = now_ms;
+        (0..20_000).find(|&now_ms| {
+            for task in Task::ALL {
+                if (task == Task::Poll || now_ms % 125 == 0) && runs(task, now_ms) {
+                    tasks.check_in(task);
                 }
             }
-            if now_ms - watchdog.fed_ms >= watchdog.period_ms {
-                return Some(now_ms);
+            if now_ms % 125 == 0 && runs(Task::Heartbeat, now_ms) && tasks.all_checked_in() {
+                fed_ms = now_ms;
             }
-        }
-        None
+            now_ms - fed_ms >= period_ms
+        })
     }
 
     #[test]
-    fn f45_a_task_that_hangs_is_bitten_and_nobody_else() {
+    fn f45_a_hung_task_ends_in_a_reset_and_running_tasks_do_not() {
         // 500 ms nominal: 340 to 941 ms with a clock of 47 to 17 kHz.
         for period_ms in [340, 500, 941] {
-            assert_eq!(bitten_ms(None, period_ms), None);
+            assert_eq!(reset_ms(None, period_ms), None);
             for task in Task::ALL {
-                let bitten = bitten_ms(Some((task, 10_007)), period_ms).unwrap();
-                // One feeding may still follow from what was reported before.
+                let at_ms = reset_ms(Some((task, 10_007)), period_ms).unwrap();
+                // One feeding may still follow from the check-ins before.
                 let latest = 10_007 + 125 + period_ms;
-                assert!((10_007..=latest).contains(&bitten), "{task:?}: {bitten}");
+                assert!((10_007..=latest).contains(&at_ms), "{task:?}: {at_ms}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use stm32f4xx_hal::pac::CAN1;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-use amiro_ipf::board::can::{Register, Registers};
+use amiro_ipf::board::can::{CanRegister, CanRegisters};
 
 /// The registers of CAN1.
 pub(crate) struct CanUnit(CAN1);
@@ -16,7 +16,7 @@ impl CanUnit {
         Self(unit)
     }
 
-    fn pointer(register: Register) -> *mut u32 {
+    fn pointer(register: CanRegister) -> *mut u32 {
         CAN1::ptr()
             .cast::<u32>()
             .cast_mut()
@@ -25,14 +25,14 @@ impl CanUnit {
 }
 
 #[expect(unsafe_code, reason = "the unit's registers take raw numbers")]
-impl Registers for CanUnit {
-    fn read(&self, register: Register) -> u32 {
-        // SAFETY: the unit is ours and clocked, a `Register` is a multiple of four
+impl CanRegisters for CanUnit {
+    fn read(&self, register: CanRegister) -> u32 {
+        // SAFETY: the unit is ours and clocked, a `CanRegister` is a multiple of four
         // within its 1 KiB, and reading changes nothing in it.
         unsafe { Self::pointer(register).read_volatile() }
     }
 
-    fn write(&mut self, register: Register, bits: u32) {
+    fn write(&mut self, register: CanRegister, bits: u32) {
         // SAFETY: as above; the unit reaches no memory, so that no value that is
         // written to it breaks anything but the bus.
         unsafe { Self::pointer(register).write_volatile(bits) }

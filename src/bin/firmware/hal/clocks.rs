@@ -28,7 +28,7 @@ pub(super) fn start(rcc: RCC) -> (Rcc, ClockSource) {
     let source = choose(&mut unit);
     let ResetAndClockUnit(rcc) = unit;
     if source == ClockSource::CrystalPll {
-        // Should the crystal stop later, the core goes on at 16 MHz and is told.
+        // Should the crystal stop later, the core goes on at 16 MHz and gets an NMI.
         rcc.cr().modify(|_, w| w.csson().set_bit());
     }
     let config = match source {

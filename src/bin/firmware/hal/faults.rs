@@ -7,7 +7,7 @@
 
 use core::arch::global_asm;
 
-use amiro_ipf::board::supervision::{Cause, Registers};
+use amiro_ipf::board::supervision::{CoreRegisters, FailureCause};
 use cortex_m::peripheral::{NVIC, SCB};
 
 use super::{retained_ram, stack};
@@ -80,14 +80,14 @@ extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
         || (cfsr & MEMORY_ADDRESS != 0 && stack::is_guarded(memory))
         || cfsr & UNSTACKED != 0;
     let cause = if exception == NON_MASKABLE {
-        Cause::Clock
+        FailureCause::Clock
     } else if overflowed {
-        Cause::StackOverflow
+        FailureCause::StackOverflow
     } else {
-        Cause::Fault
+        FailureCause::Fault
     };
     let mut record = retained_ram::record_of(cause);
-    record.registers = Registers {
+    record.registers = CoreRegisters {
         sp,
         cfsr,
         hfsr,
@@ -116,8 +116,8 @@ extern "C" fn handle_unhandled(sp: u32, exception: u32) {
         }
         return;
     }
-    let mut record = retained_ram::record_of(Cause::Panic).at(UNHANDLED, exception);
-    record.registers = Registers { sp, ..frame(sp, 0) };
+    let mut record = retained_ram::record_of(FailureCause::Panic).at(UNHANDLED, exception);
+    record.registers = CoreRegisters { sp, ..frame(sp, 0) };
     retained_ram::keep(&record);
     SCB::sys_reset()
 }
@@ -148,19 +148,19 @@ fn status() -> (u32, u32, u32, u32) {
 }
 
 /// The registers that the core has put on the stack: r0 to r3, r12, lr, pc, psr.
-fn frame(sp: u32, cfsr: u32) -> Registers {
+fn frame(sp: u32, cfsr: u32) -> CoreRegisters {
     if cfsr & UNSTACKED != 0 || !stack::is_frame(sp) {
-        return Registers::default();
+        return CoreRegisters::default();
     }
     let word = |offset: u32| {
         // SAFETY: eight words at `sp` lie in the stack's RAM, as was just found, and
         // the core has written them.
         unsafe { core::ptr::with_exposed_provenance::<u32>((sp + offset) as usize).read_volatile() }
     };
-    Registers {
+    CoreRegisters {
         lr: word(20),
         pc: word(24),
         psr: word(28),
-        ..Registers::default()
+        ..CoreRegisters::default()
     }
 }

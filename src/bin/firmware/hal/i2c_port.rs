@@ -5,7 +5,7 @@ use core::ops::Deref;
 use stm32f4xx_hal::gpio::{Alternate, OpenDrain, Output, Pin, PinMode, PinState};
 use stm32f4xx_hal::pac::i2c1::RegisterBlock;
 
-use amiro_ipf::board::i2c::{Line, Register, Registers};
+use amiro_ipf::board::i2c::{BusLine, I2cRegister, I2cRegisters};
 
 /// The rate of half clocks by hand: 2.5 us.
 const HALF_CLOCK_HZ: u32 = 400_000;
@@ -85,23 +85,23 @@ impl<I, const SCL: u8, const SDA: u8> Port<I, SCL, SDA> {
     }
 }
 
-impl<I, const SCL: u8, const SDA: u8> Registers for Port<I, SCL, SDA>
+impl<I, const SCL: u8, const SDA: u8> I2cRegisters for Port<I, SCL, SDA>
 where
     I: Deref<Target = RegisterBlock>,
 {
-    fn read(&mut self, register: Register) -> u16 {
+    fn read(&mut self, register: I2cRegister) -> u16 {
         match register {
-            Register::Cr1 => self.unit.cr1().read().bits(),
-            Register::Cr2 => self.unit.cr2().read().bits(),
-            Register::Dr => self.unit.dr().read().bits(),
-            Register::Sr1 => self.unit.sr1().read().bits(),
-            Register::Sr2 => self.unit.sr2().read().bits(),
-            Register::Ccr => self.unit.ccr().read().bits(),
-            Register::Trise => self.unit.trise().read().bits(),
+            I2cRegister::Cr1 => self.unit.cr1().read().bits(),
+            I2cRegister::Cr2 => self.unit.cr2().read().bits(),
+            I2cRegister::Dr => self.unit.dr().read().bits(),
+            I2cRegister::Sr1 => self.unit.sr1().read().bits(),
+            I2cRegister::Sr2 => self.unit.sr2().read().bits(),
+            I2cRegister::Ccr => self.unit.ccr().read().bits(),
+            I2cRegister::Trise => self.unit.trise().read().bits(),
         }
     }
 
-    fn write(&mut self, register: Register, value: u16) {
+    fn write(&mut self, register: I2cRegister, value: u16) {
         write_to(&self.unit, register, value);
     }
 
@@ -115,24 +115,24 @@ where
         self.data.hand_back();
     }
 
-    fn pull(&mut self, line: Line) {
+    fn pull(&mut self, line: BusLine) {
         match line {
-            Line::Clock => self.clock.pull(),
-            Line::Data => self.data.pull(),
+            BusLine::Clock => self.clock.pull(),
+            BusLine::Data => self.data.pull(),
         }
     }
 
-    fn release(&mut self, line: Line) {
+    fn release(&mut self, line: BusLine) {
         match line {
-            Line::Clock => self.clock.release(),
-            Line::Data => self.data.release(),
+            BusLine::Clock => self.clock.release(),
+            BusLine::Data => self.data.release(),
         }
     }
 
-    fn is_high(&mut self, line: Line) -> bool {
+    fn is_high(&mut self, line: BusLine) -> bool {
         match line {
-            Line::Clock => self.clock.is_high(),
-            Line::Data => self.data.is_high(),
+            BusLine::Clock => self.clock.is_high(),
+            BusLine::Data => self.data.is_high(),
         }
     }
 
@@ -140,27 +140,27 @@ where
         cortex_m::asm::delay(self.half_clock_cycles);
     }
 
-    fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+    fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         cortex_m::interrupt::free(|_| work(self))
     }
 }
 
 #[expect(unsafe_code, reason = "the registers take raw numbers")]
 /// Writes a register of an I2C unit.
-fn write_to(unit: &RegisterBlock, register: Register, value: u16) {
+fn write_to(unit: &RegisterBlock, register: I2cRegister, value: u16) {
     // SAFETY: an I2C unit reaches memory by DMA alone, which is not set up for it:
     // whatever its registers hold, it can but drive two wires and raise interrupts.
     // Reserved bits are never set by the master.
     unsafe {
         match register {
-            Register::Cr1 => unit.cr1().write(|w| w.bits(value)),
-            Register::Cr2 => unit.cr2().write(|w| w.bits(value)),
-            Register::Dr => unit.dr().write(|w| w.bits(value)),
-            Register::Sr1 => unit.sr1().write(|w| w.bits(value)),
+            I2cRegister::Cr1 => unit.cr1().write(|w| w.bits(value)),
+            I2cRegister::Cr2 => unit.cr2().write(|w| w.bits(value)),
+            I2cRegister::Dr => unit.dr().write(|w| w.bits(value)),
+            I2cRegister::Sr1 => unit.sr1().write(|w| w.bits(value)),
             // Read only.
-            Register::Sr2 => value,
-            Register::Ccr => unit.ccr().write(|w| w.bits(value)),
-            Register::Trise => unit.trise().write(|w| w.bits(value)),
+            I2cRegister::Sr2 => value,
+            I2cRegister::Ccr => unit.ccr().write(|w| w.bits(value)),
+            I2cRegister::Trise => unit.trise().write(|w| w.bits(value)),
         };
     }
 }

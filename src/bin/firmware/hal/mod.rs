@@ -1,4 +1,4 @@
-//! The board: clocks, pins, units. Nobody else names a register or a pin but the line.
+//! Clocks, pins and units of the chip. Besides this folder only `link.rs` names registers.
 
 mod can_unit;
 mod clocks;
@@ -18,8 +18,8 @@ use amiro_ipf::event::{Boot, ClockSource};
 use amiro_ipf::seed::{SeedSource, from_unique_number, from_words};
 use amiro_ipf::wire::{WINDOW, WIRE_VERSION};
 use stm32f4xx_hal::gpio::alt::can1;
-use stm32f4xx_hal::gpio::{OpenDrain, Output, PB12, PinState};
-use stm32f4xx_hal::pac::{I2C1, I2C2, PWR, Peripherals, RNG, USART1, USART2};
+use stm32f4xx_hal::gpio::{Alternate, OpenDrain, Output, PA9, PA10, PB12, PinState};
+use stm32f4xx_hal::pac::{I2C1, I2C2, PWR, Peripherals, RNG, RTC, USART1, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::serial::Serial;
@@ -27,43 +27,42 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use crate::clock::Mono;
 use amiro_ipf::board::budget::CAPACITY;
-use amiro_ipf::board::can::{BitTiming, Controller};
-use amiro_ipf::board::i2c::{Master, Timing};
+use amiro_ipf::board::can::{BitTiming, CanController};
+use amiro_ipf::board::i2c::{I2cMaster, I2cTiming};
 use can_unit::CanUnit;
 use i2c_port::Port;
 
 pub(crate) use loader::Loader;
-pub(crate) use retained_ram::{keep, live_on, record_of};
+pub(crate) use retained_ram::{keep, record_of, record_uptime};
 pub(crate) use robot_lines::{ShutdownLine, StartLine};
 pub(crate) use stack::{repaint as repaint_stack, unused as unused_stack};
 
-/// How long the tasks may leave the watchdog alone, milliseconds: 340 to 941 with an
-/// oscillator of 47 to 17 kHz.
+/// Watchdog period, milliseconds: 340 to 941 with an oscillator of 47 to 17 kHz.
 const WATCHDOG_MS: u32 = 500;
 
-/// What the boot loader is told to do after a reset: start again.
+/// Backup register value that makes the boot loader start the image after a reset.
 const RESTART: u32 = 4;
 
 /// The bus of sensors 0, 1, 2 and 7: SCL on PB8, SDA on PB9.
-pub(crate) type BusOne = Master<Port<I2C1, 8, 9>>;
+pub(crate) type BusOne = I2cMaster<Port<I2C1, 8, 9>>;
 
-/// The bus of sensors 3 to 6 and of the memory: SCL on PB10, SDA on PB11.
-pub(crate) type BusTwo = Master<Port<I2C2, 10, 11>>;
+/// The bus of sensors 3 to 6 and of the EEPROM: SCL on PB10, SDA on PB11.
+pub(crate) type BusTwo = I2cMaster<Port<I2C2, 10, 11>>;
 
-/// The robot's own bus.
-pub(crate) type Can = Controller<CanUnit>;
+/// The robot's CAN bus.
+pub(crate) type Can = CanController<CanUnit>;
 
-/// The board after start.
-pub(crate) struct Board {
+/// The board after its start.
+pub(crate) struct StartedBoard {
     /// The serial line, running.
     pub(crate) usart: USART2,
-    /// The heartbeat's light.
+    /// The heartbeat's LED.
     pub(crate) led: Led,
-    /// What the robot's senses need.
-    pub(crate) senses: SenseUnits,
-    /// What the board says first.
-    pub(crate) introduction: Introduction,
-    /// Bites when the tasks no longer run. Not started yet.
+    /// What the acquisition needs.
+    pub(crate) acquisition: AcquisitionUnits,
+    /// What the board reports first.
+    pub(crate) boot_info: BootInfo,
+    /// Resets the chip when the tasks no longer run. Not started yet.
     pub(crate) watchdog: Watchdog,
     /// Held low until everything is up.
     pub(crate) start_line: StartLine,
@@ -71,49 +70,44 @@ pub(crate) struct Board {
     pub(crate) programming_port: Option<USART1>,
 }
 
-/// The units and lines behind the robot's senses.
-pub(crate) struct SenseUnits {
-    /// The first bus, freed if it could be.
+/// The units and lines of the acquisition.
+pub(crate) struct AcquisitionUnits {
+    /// The first I2C bus, freed if possible.
     pub(crate) one: BusOne,
-    /// The second bus, freed if it could be.
+    /// The second I2C bus, freed if possible.
     pub(crate) two: BusTwo,
-    /// The robot's bus, not asked yet.
+    /// The CAN controller, before its first poll.
     pub(crate) can: Can,
-    /// What the board's seed was made of.
+    /// The source of the board's seed.
     pub(crate) seed: SeedSource,
-    /// Who wants the robot off pulls it.
+    /// Pulled low to request a shutdown.
     pub(crate) shutdown_line: ShutdownLine,
 }
 
-/// What a board says of itself after its start.
-pub(crate) struct Introduction {
-    /// Who it is.
+/// What a board reports after its start.
+pub(crate) struct BootInfo {
+    /// The boot message.
     pub(crate) boot: Boot,
     /// Differs from boot to boot.
     pub(crate) boot_id: u8,
-    /// A seed of its own.
+    /// The board's own seed.
     pub(crate) seed: u64,
-    /// How the last life ended, if it ended by itself.
+    /// How the last boot failed, if it did.
     pub(crate) post_mortem: Option<PostMortem>,
-    /// How this one has begun.
+    /// The first supervision message.
     pub(crate) supervision: Supervision,
     /// The boot loader, where there is one.
     pub(crate) loader: Option<Loader>,
 }
 
-impl Board {
-    /// Starts clocks, pins, buses and line. Every wait is bounded.
+impl StartedBoard {
+    /// Starts clocks, pins, buses and the serial line. Every wait is bounded.
     pub(crate) fn start(device: Peripherals, mut core: cortex_m::Peripherals) -> Self {
         stack::protect(&mut core.MPU, &mut core.SCB);
         let reset = ResetCause::of_flags(device.RCC.csr().read().bits());
         device.RCC.csr().modify(|_, w| w.rmvf().set_bit());
         let (mut rcc, clock) = clocks::start(device.RCC);
-        let core_hz = match clock {
-            // The clock unit says nothing about the core's speed: assume the nominal
-            // one, which is what emulators run their timers at.
-            ClockSource::Unknown => clocks::CORE_HZ,
-            _ => rcc.clocks.hclk().raw(),
-        };
+        let core_hz = core_hz(&rcc, clock);
         Mono::start(core.SYST, core_hz);
         // Power of the whole stack: regulators, system power, no warm reset. A pin
         // left floating here switches the robot off, so each is driven as soon as its
@@ -126,17 +120,9 @@ impl Board {
         gpio_c.pc14.into_open_drain_output_in_state(PinState::High);
         let start_line = StartLine(gpio_c.pc12.into_open_drain_output_in_state(PinState::Low));
         let shutdown_line = ShutdownLine::new(gpio_c.pc13.into_input());
-        // From now on every reset starts the robot again, whatever the last shutdown
-        // left there: after a reset a boot loader does what this register says.
-        PWR::enable(&mut rcc);
-        device.PWR.cr().modify(|_, w| w.dbp().set_bit());
-        device
-            .RTC
-            .bkpr(0)
-            .modify(|r, w| w.bkp().set(r.bits() & !0xff | RESTART));
-        let led = gpio_b.pb12.into_open_drain_output_in_state(PinState::High);
+        restart_after_resets(&device.PWR, &device.RTC, &mut rcc);
+        let led = Led(gpio_b.pb12.into_open_drain_output_in_state(PinState::High));
         let bus_hz = rcc.clocks.pclk1().raw();
-        let timing = Timing::fast(bus_hz);
         I2C1::enable(&mut rcc);
         I2C1::reset(&mut rcc);
         let port_one = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
@@ -152,67 +138,105 @@ impl Board {
         let baud = fastest_baud(bus_hz);
         let pins = (gpio_a.pa2.into_alternate(), gpio_a.pa3.into_alternate());
         let Ok(serial) = Serial::<_, u8>::new(device.USART2, pins, baud.bps(), &mut rcc) else {
-            // Not for any clock that `clocks::start` leaves; without a line there is
-            // nobody to tell.
+            // Not for any clock that `clocks::start` leaves; without a line nothing can
+            // be reported.
             cortex_m::peripheral::SCB::sys_reset();
         };
         let loader = Loader::find();
-        let programming_port = loader.and_then(|_| {
-            let pins = (gpio_a.pa9.into_alternate(), gpio_a.pa10.into_alternate());
-            let serial = Serial::<_, u8>::new(device.USART1, pins, 115_200.bps(), &mut rcc);
-            let port = serial.ok()?.release().0;
-            port.cr1().modify(|_, w| w.rxneie().set_bit());
-            Some(port)
-        });
-        let (post_mortem, is_loop) =
-            retained_ram::begin(reset == ResetCause::Watchdog, reset.may_be_death());
-        let image = image::check();
-        let supervision = Supervision {
-            mode: match image {
-                ImageCheck::Damaged => Mode::SafeForImage,
-                _ if is_loop => Mode::SafeAfterDeaths,
-                _ => Mode::Normal,
-            },
-            reset,
-            image,
-            is_under_loader: loader.is_some(),
-            stack_unused: 0,
-        };
-        let boot = Boot {
-            wire_version: WIRE_VERSION,
-            build_id: BUILD_ID,
-            capacity: CAPACITY as u32,
-            window: WINDOW,
-            baud,
-            clock,
-            core_hz,
-        };
+        let pins = (gpio_a.pa9.into_alternate(), gpio_a.pa10.into_alternate());
+        let programming_port =
+            loader.and_then(|_| start_programming_port(device.USART1, pins, &mut rcc));
         Self {
             usart: serial.release().0,
-            led: Led(led),
-            senses: SenseUnits {
+            led,
+            boot_info: BootInfo::new((clock, core_hz, baud), boots, seed, reset, loader),
+            acquisition: AcquisitionUnits {
                 // Time begins with the board's.
-                one: Master::new(port_one, timing, 0),
-                two: Master::new(port_two, timing, 0),
-                can: Controller::new(can, BitTiming::at(bus_hz)),
+                one: I2cMaster::new(port_one, I2cTiming::fast(bus_hz), 0),
+                two: I2cMaster::new(port_two, I2cTiming::fast(bus_hz), 0),
+                can: CanController::new(can, BitTiming::at(bus_hz)),
                 seed: seed_source,
                 shutdown_line,
-            },
-            introduction: Introduction {
-                boot,
-                // 160 and above are left to hosts, whose frames stand beside a board's
-                // in a recording.
-                boot_id: (boots % 160) as u8,
-                seed,
-                post_mortem,
-                supervision,
-                loader,
             },
             watchdog: Watchdog(IndependentWatchdog::new(device.IWDG)),
             start_line,
             programming_port,
         }
     }
+}
+
+impl BootInfo {
+    fn new(
+        (clock, core_hz, baud): (ClockSource, u32, u32),
+        boots: u32,
+        seed: u64,
+        reset: ResetCause,
+        loader: Option<Loader>,
+    ) -> Self {
+        let was_watchdog = reset == ResetCause::Watchdog;
+        let (post_mortem, is_loop) = retained_ram::begin(was_watchdog, reset.may_be_failure());
+        let image = image::check();
+        Self {
+            boot: Boot {
+                wire_version: WIRE_VERSION,
+                build_id: BUILD_ID,
+                capacity: CAPACITY as u32,
+                window: WINDOW,
+                baud,
+                clock,
+                core_hz,
+            },
+            // 160 and above are left to hosts, whose frames stand beside a board's in a
+            // recording.
+            boot_id: (boots % 160) as u8,
+            seed,
+            post_mortem,
+            supervision: Supervision {
+                mode: match image {
+                    ImageCheck::Damaged => Mode::SafeForImage,
+                    _ if is_loop => Mode::SafeAfterDeaths,
+                    _ => Mode::Normal,
+                },
+                reset,
+                image,
+                is_under_loader: loader.is_some(),
+                stack_unused: 0,
+            },
+            loader,
+        }
+    }
+}
+
+/// The core's frequency, hertz, on this clock.
+fn core_hz(rcc: &Rcc, source: ClockSource) -> u32 {
+    match source {
+        // The clock unit does not answer: assume the nominal frequency, at which
+        // emulators run their timers.
+        ClockSource::Unknown => clocks::CORE_HZ,
+        _ => rcc.clocks.hclk().raw(),
+    }
+}
+
+/// Makes every later reset start the robot again, whatever the last shutdown left: after
+/// a reset the boot loader obeys this register.
+fn restart_after_resets(power: &PWR, clock: &RTC, rcc: &mut Rcc) {
+    PWR::enable(rcc);
+    power.cr().modify(|_, w| w.dbp().set_bit());
+    clock
+        .bkpr(0)
+        .modify(|r, w| w.bkp().set(r.bits() & !0xff | RESTART));
+}
+
+/// Starts the programming port with its receive interrupt.
+fn start_programming_port(
+    usart: USART1,
+    pins: (PA9<Alternate<7>>, PA10<Alternate<7>>),
+    rcc: &mut Rcc,
+) -> Option<USART1> {
+    let serial = Serial::<_, u8>::new(usart, pins, 115_200.bps(), rcc).ok()?;
+    let port = serial.release().0;
+    port.cr1().modify(|_, w| w.rxneie().set_bit());
+    Some(port)
 }
 
 /// 2 Mbaud where the bus clock divides to it, as 42 MHz and 16 MHz do.
@@ -228,8 +252,8 @@ fn draw_seed(unit: &RNG, rcc: &mut Rcc, clock: ClockSource, boots: u32) -> (u64,
     match random_unit::draw(unit, rcc).as_ref().and_then(from_words) {
         Some(seed) => (seed, SeedSource::RandomUnit),
         None => {
-            // Where not even the clock unit answers there is no such number either, and
-            // reading it ends in a fault.
+            // Where the clock unit does not answer there is no such number either, and
+            // reading it faults.
             let number = match clock {
                 ClockSource::Unknown => [0; 3],
                 _ => random_unit::unique_number(),
@@ -243,7 +267,7 @@ fn draw_seed(unit: &RNG, rcc: &mut Rcc, clock: ClockSource, boots: u32) -> (u64,
 pub(crate) struct Led(PB12<Output<OpenDrain>>);
 
 impl Led {
-    /// On to off, off to on.
+    /// Switches it on or off.
     pub(crate) fn toggle(&mut self) {
         self.0.toggle();
     }
@@ -258,7 +282,7 @@ impl Watchdog {
         self.0.start(WATCHDOG_MS.millis());
     }
 
-    /// Puts the bite off.
+    /// Restarts its period.
     pub(crate) fn feed(&mut self) {
         self.0.feed();
     }

@@ -1,13 +1,15 @@
-//! What survives a reset: the record of a death, the lives before, the count of boots.
+//! Memory that a reset retains: the post-mortem record, the boot history, the boot count.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use amiro_ipf::board::supervision::{Cause, LIVES, Lives, PostMortem, WORDS};
+use amiro_ipf::board::supervision::{
+    BootHistory, FailureCause, HISTORY_WORDS, PostMortem, RECORD_WORDS,
+};
 
 /// Memory that a reset leaves alone; after power-on it holds anything.
-struct Kept {
-    record: [AtomicU32; WORDS],
-    lives: [AtomicU32; LIVES + 3],
+struct Retained {
+    record: [AtomicU32; RECORD_WORDS],
+    history: [AtomicU32; HISTORY_WORDS],
     boots: AtomicU32,
     steps: AtomicU32,
 }
@@ -17,12 +19,11 @@ struct Kept {
     reason = "only a section keeps memory from the start code"
 )]
 // SAFETY: the section exists in cortex-m-rt's linker script, and every bit pattern that
-// it may hold after power-on is a valid value; those that were not written are told
-// from those that were by their checksums.
-#[unsafe(link_section = ".uninit.KEPT")]
-static KEPT: Kept = Kept {
-    record: [const { AtomicU32::new(0) }; WORDS],
-    lives: [const { AtomicU32::new(0) }; LIVES + 3],
+// it may hold after power-on is a valid value; checksums distinguish what was written.
+#[unsafe(link_section = ".uninit.RETAINED")]
+static RETAINED: Retained = Retained {
+    record: [const { AtomicU32::new(0) }; RECORD_WORDS],
+    history: [const { AtomicU32::new(0) }; HISTORY_WORDS],
     boots: AtomicU32::new(0),
     steps: AtomicU32::new(0),
 };
@@ -43,41 +44,41 @@ fn read<const N: usize>(kept: &[AtomicU32; N]) -> [u32; N] {
 
 /// Counts a boot; the number of those before.
 pub(super) fn count_boot() -> u32 {
-    KEPT.boots.fetch_add(1, Ordering::Relaxed)
+    RETAINED.boots.fetch_add(1, Ordering::Relaxed)
 }
 
-/// The present life has come so far.
-pub(crate) fn live_on(uptime_ms: u64, steps: u32) {
-    let Some(mut lives) = Lives::from_words(read(&KEPT.lives)) else {
+/// Records how far the present boot has come.
+pub(crate) fn record_uptime(uptime_ms: u64, steps: u32) {
+    let Some(mut history) = BootHistory::from_words(read(&RETAINED.history)) else {
         return;
     };
-    lives.live_on(u32::try_from(uptime_ms).unwrap_or(u32::MAX));
-    write(&KEPT.lives, &lives.to_words());
-    KEPT.steps.store(steps, Ordering::Relaxed);
+    history.record_uptime(u32::try_from(uptime_ms).unwrap_or(u32::MAX));
+    write(&RETAINED.history, &history.to_words());
+    RETAINED.steps.store(steps, Ordering::Relaxed);
 }
 
-/// A record of the present life's end, its place and registers still to be filled.
-pub(crate) fn record_of(cause: Cause) -> PostMortem {
-    let alive_ms = Lives::from_words(read(&KEPT.lives)).map_or(0, |lives| lives.alive_ms());
-    PostMortem::new(cause, KEPT.steps.load(Ordering::Relaxed), alive_ms)
+/// A record of the present boot's failure, without place and registers.
+pub(crate) fn record_of(cause: FailureCause) -> PostMortem {
+    let uptime_ms =
+        BootHistory::from_words(read(&RETAINED.history)).map_or(0, |history| history.uptime_ms());
+    PostMortem::new(cause, RETAINED.steps.load(Ordering::Relaxed), uptime_ms)
 }
 
-/// Keeps a record for the next life.
+/// Keeps a record for the next boot.
 pub(crate) fn keep(record: &PostMortem) {
-    write(&KEPT.record, &record.to_words());
+    write(&RETAINED.record, &record.to_words());
 }
 
-/// Begins a life: how the last one ended, if it ended by itself, and whether it is one
-/// of a loop.
-pub(super) fn begin(was_watchdog: bool, may_have_died: bool) -> (Option<PostMortem>, bool) {
-    let mut record = PostMortem::from_words(&read(&KEPT.record));
+/// Begins a boot: how the last one failed, if it did, and whether boots fail in a loop.
+pub(super) fn begin(was_watchdog: bool, may_have_failed: bool) -> (Option<PostMortem>, bool) {
+    let mut record = PostMortem::from_words(&read(&RETAINED.record));
     if record.is_none() && was_watchdog {
-        record = Some(record_of(Cause::Watchdog));
+        record = Some(record_of(FailureCause::Watchdog));
     }
-    // Said once.
-    write(&KEPT.record, &[0; WORDS]);
-    let died = may_have_died && record.is_some();
-    let lives = Lives::begin(read(&KEPT.lives), died);
-    write(&KEPT.lives, &lives.to_words());
-    (record.filter(|_| may_have_died), lives.is_loop())
+    // Reported once.
+    write(&RETAINED.record, &[0; RECORD_WORDS]);
+    let failed = may_have_failed && record.is_some();
+    let history = BootHistory::begin(read(&RETAINED.history), failed);
+    write(&RETAINED.history, &history.to_words());
+    (record.filter(|_| may_have_failed), history.is_loop())
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// What happened on one branch since the start; each stops at its highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct BranchCounters {
+pub struct MuxedBusCounters {
     /// Rounds begun.
     pub rounds: u32,
     /// Rounds not begun because the one before was still busy.

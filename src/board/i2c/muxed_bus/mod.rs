@@ -1,6 +1,6 @@
 //! One I2C bus with a multiplexer and up to four proximity sensors behind it.
 //!
-//! [`Branch`] says which transaction comes next and is told its result; it neither
+//! [`MuxedBus`] says which transaction comes next and is told its result; it neither
 //! waits nor knows what executes it. Nothing is believed that the multiplexer does not
 //! vouch for: it is read back after each selection and again after each reading, and a
 //! reading counts only if it named the sensor's channel both times.
@@ -25,7 +25,7 @@
 //!
 //! **Second visits.** A sensor that failed, or had nothing new, is visited once more
 //! after the others. A result that comes just after its sensor's visit is so not a
-//! round late. No second visit begins later than [`SECOND_VISITS_UNTIL_US`].
+//! round late. No second visit begins later than [`SECOND_READOUTS_UNTIL_US`].
 //!
 //! **Errors.** After any error the multiplexer's selection is unknown; all channels are
 //! deselected, which is read back, before anything else is said. When that fails the
@@ -37,11 +37,11 @@ mod sequence;
 mod settings;
 mod timing;
 
-pub use counters::BranchCounters;
-pub use sequence::Branch;
+pub use counters::MuxedBusCounters;
+pub use sequence::MuxedBus;
 pub use settings::{MUX_ADDRESS, SENSOR_CONFIGURATION};
 pub use timing::{
-    LONGEST_FIRST_VISITS_CLOCKS, ROUND_PERIOD_US, SECOND_VISITS_UNTIL_US, USUAL_ROUND_CLOCKS,
+    LONGEST_FIRST_PASS_CLOCKS, ROUND_PERIOD_US, SECOND_READOUTS_UNTIL_US, USUAL_ROUND_CLOCKS,
     longest_round_us,
 };
 

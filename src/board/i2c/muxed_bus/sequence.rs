@@ -6,10 +6,10 @@ use vcnl4020::transactions as part;
 use vcnl4020::{Command, IDENTITY, Measurement};
 
 use super::channels::Channels;
-use super::counters::BranchCounters;
-use super::timing::SECOND_VISITS_UNTIL_US;
+use super::counters::MuxedBusCounters;
+use super::timing::SECOND_READOUTS_UNTIL_US;
 use crate::board::i2c::muxed_bus::{MUX_ADDRESS, SENSOR_CONFIGURATION};
-use crate::board::i2c::{BusFault, Transaction};
+use crate::board::i2c::{BusFault, BusTransaction};
 use crate::board::proximity_sensor::ProximitySensor;
 
 /// What the next transaction is for.
@@ -33,42 +33,42 @@ enum Step {
 
 /// What a visit brought, as long as the multiplexer did not confirm whose it is.
 #[derive(Clone, Copy, Debug)]
-enum Outcome {
+enum ReadoutResult {
     NothingNew,
     Reading {
         measurement: Measurement,
         torn: bool,
     },
     Configured,
-    Stranger,
+    WrongIdentity,
 }
 
 /// One bus with its multiplexer and its sensors; see the [module](super).
 #[derive(Clone, Debug)]
-pub struct Branch {
+pub struct MuxedBus {
     sensors: [ProximitySensor; 4],
     in_use: Channels,
     selection: Selection,
     step: Step,
     /// The channel that is visited.
     channel: Channel,
-    outcome: Outcome,
+    result_so_far: ReadoutResult,
     /// To be visited in this pass.
     todo: Channels,
     /// To be visited once more.
     again: Channels,
     /// Not heard of in this round.
-    owing: Channels,
+    pending: Channels,
     /// Had something new in this round. Reading it clears the ready bit, and a second
     /// visit is still to have it.
-    news: Channels,
-    second_visits: bool,
+    fresh: Channels,
+    is_second_pass: bool,
     moving: bool,
     began_us: u64,
-    counters: BranchCounters,
+    counters: MuxedBusCounters,
 }
 
-impl Branch {
+impl MuxedBus {
     /// A branch of which nothing is known, with sensors on these of its channels.
     #[must_use]
     pub fn new(in_use: &[Channel]) -> Self {
@@ -82,15 +82,15 @@ impl Branch {
             selection: Selection::Unknown,
             step: Step::Idle,
             channel: Channel::Zero,
-            outcome: Outcome::NothingNew,
+            result_so_far: ReadoutResult::NothingNew,
             todo: Channels::NONE,
             again: Channels::NONE,
-            owing: Channels::NONE,
-            news: Channels::NONE,
-            second_visits: false,
+            pending: Channels::NONE,
+            fresh: Channels::NONE,
+            is_second_pass: false,
             moving: false,
             began_us: 0,
-            counters: BranchCounters::default(),
+            counters: MuxedBusCounters::default(),
         }
     }
 
@@ -124,7 +124,7 @@ impl Branch {
 
     /// What happened since the start.
     #[must_use]
-    pub const fn counters(&self) -> BranchCounters {
+    pub const fn counters(&self) -> MuxedBusCounters {
         self.counters
     }
 
@@ -147,49 +147,49 @@ impl Branch {
         self.counters.rounds = self.counters.rounds.saturating_add(1);
         self.moving = moving;
         self.began_us = now_us;
-        self.second_visits = false;
+        self.is_second_pass = false;
         self.again = Channels::NONE;
         self.todo = Channels::NONE;
-        self.news = Channels::NONE;
+        self.fresh = Channels::NONE;
         for channel in Channel::ALL {
             if self.in_use.contains(channel) && self.sensor(channel).is_due(now_us) {
                 self.todo.insert(channel);
             }
         }
-        self.owing = self.todo;
-        self.visit_next(now_us);
+        self.pending = self.todo;
+        self.next_readout(now_us);
         true
     }
 
-    /// The transaction to execute now, until [`Branch::answer`] takes its result;
+    /// The transaction to execute now, until [`MuxedBus::answer`] takes its result;
     /// `None` when the round is over. Some hundred instructions.
-    pub fn next(&mut self, now_us: u64) -> Option<Transaction> {
+    pub fn next(&mut self, now_us: u64) -> Option<BusTransaction> {
         let begins = matches!(self.step, Step::Deselect | Step::Select);
         let elapsed_us = now_us.saturating_sub(self.began_us);
-        if self.second_visits && begins && elapsed_us >= SECOND_VISITS_UNTIL_US {
+        if self.is_second_pass && begins && elapsed_us >= SECOND_READOUTS_UNTIL_US {
             self.end_round(now_us);
         }
         Some(match self.step {
             Step::Idle => return None,
-            Step::Deselect => const { Transaction::of_mux(&mux::deselect(MUX_ADDRESS)) },
-            Step::Select => Transaction::of_mux(&mux::select(MUX_ADDRESS, self.channel)),
+            Step::Deselect => const { BusTransaction::of_mux(&mux::deselect(MUX_ADDRESS)) },
+            Step::Select => BusTransaction::of_mux(&mux::select(MUX_ADDRESS, self.channel)),
             Step::ConfirmNone | Step::ConfirmSelected | Step::ConfirmStill => {
-                const { Transaction::of_mux(&mux::read_control(MUX_ADDRESS)) }
+                const { BusTransaction::of_mux(&mux::read_control(MUX_ADDRESS)) }
             }
-            Step::ReadCommand => const { Transaction::of_sensor(&part::read_command()) },
-            Step::ReadResult => const { Transaction::of_sensor(&part::read_measurement()) },
+            Step::ReadCommand => const { BusTransaction::of_sensor(&part::read_command()) },
+            Step::ReadResult => const { BusTransaction::of_sensor(&part::read_measurement()) },
             Step::ReadAgain | Step::ReadOnceMore => {
-                const { Transaction::of_sensor(&part::read_proximity()) }
+                const { BusTransaction::of_sensor(&part::read_proximity()) }
             }
-            Step::Identify => const { Transaction::of_sensor(&part::read_identity()) },
-            Step::Stop => const { Transaction::of_sensor(&part::write_command(Command::STOP)) },
+            Step::Identify => const { BusTransaction::of_sensor(&part::read_identity()) },
+            Step::Stop => const { BusTransaction::of_sensor(&part::write_command(Command::STOP)) },
             Step::Configure => {
-                const { Transaction::of_sensor(&part::write_configuration(&SENSOR_CONFIGURATION)) }
+                const { BusTransaction::of_sensor(&part::write_configuration(&SENSOR_CONFIGURATION)) }
             }
             Step::Start => {
                 const {
                     let start = SENSOR_CONFIGURATION.command();
-                    Transaction::of_sensor(&part::write_command(start))
+                    BusTransaction::of_sensor(&part::write_command(start))
                 }
             }
         })
@@ -206,7 +206,7 @@ impl Branch {
                 return self.end_round(now_us);
             }
             (Step::Deselect | Step::ConfirmNone, Err(_)) => return self.mux_failed(now_us),
-            (_, Err(_)) => return self.visit_failed(now_us),
+            (_, Err(_)) => return self.readout_failed(now_us),
             (_, Ok(answer)) => answer,
         };
         match self.step {
@@ -222,15 +222,15 @@ impl Branch {
             Step::Identify => self.identified(now_us, answer),
             Step::Stop => self.step = Step::Configure,
             Step::Configure => self.step = Step::Start,
-            Step::Start => self.bring(Outcome::Configured),
+            Step::Start => self.finish_with(ReadoutResult::Configured),
             Step::ConfirmStill => self.confirm_still(now_us, answer),
         }
     }
 
-    fn visit_next(&mut self, now_us: u64) {
-        if self.todo == Channels::NONE && !self.second_visits {
+    fn next_readout(&mut self, now_us: u64) {
+        if self.todo == Channels::NONE && !self.is_second_pass {
             self.todo = core::mem::replace(&mut self.again, Channels::NONE);
-            self.second_visits = true;
+            self.is_second_pass = true;
         }
         let Some(channel) = self.todo.pop() else {
             return self.end_round(now_us);
@@ -243,7 +243,7 @@ impl Branch {
     }
 
     fn end_round(&mut self, now_us: u64) {
-        while let Some(channel) = self.owing.pop() {
+        while let Some(channel) = self.pending.pop() {
             self.sensor_mut(channel).failed(now_us);
         }
         self.step = Step::Idle;
@@ -255,13 +255,13 @@ impl Branch {
         self.end_round(now_us);
     }
 
-    fn visit_failed(&mut self, now_us: u64) {
+    fn readout_failed(&mut self, now_us: u64) {
         self.selection = Selection::Unknown;
         let channel = self.channel;
-        if self.sensor(channel).deserves_another_attempt() && !self.second_visits {
+        if self.sensor(channel).may_retry() && !self.is_second_pass {
             self.again.insert(channel);
         }
-        self.visit_next(now_us);
+        self.next_readout(now_us);
     }
 
     fn wrong_channel(&mut self) {
@@ -281,7 +281,7 @@ impl Branch {
         let wanted = Selection::Channel(self.channel);
         if mux::selection(answer) != wanted {
             self.wrong_channel();
-            return self.visit_failed(now_us);
+            return self.readout_failed(now_us);
         }
         self.selection = wanted;
         self.step = if self.sensor(self.channel).is_running() {
@@ -293,24 +293,24 @@ impl Branch {
 
     fn command_read(&mut self, now_us: u64, answer: &[u8]) {
         let [command] = *answer else {
-            return self.visit_failed(now_us);
+            return self.readout_failed(now_us);
         };
         let command = Command(command);
         if !command.is_self_timed() {
             self.step = Step::Identify;
-        } else if command.proximity_ready() || self.news.contains(self.channel) {
-            self.news.insert(self.channel);
+        } else if command.proximity_ready() || self.fresh.contains(self.channel) {
+            self.fresh.insert(self.channel);
             self.step = Step::ReadResult;
         } else {
-            self.bring(Outcome::NothingNew);
+            self.finish_with(ReadoutResult::NothingNew);
         }
     }
 
     fn result_read(&mut self, now_us: u64, answer: &[u8]) {
         let Some(measurement) = part::measurement(answer) else {
-            return self.visit_failed(now_us);
+            return self.readout_failed(now_us);
         };
-        self.outcome = Outcome::Reading {
+        self.result_so_far = ReadoutResult::Reading {
             measurement,
             torn: false,
         };
@@ -319,10 +319,10 @@ impl Branch {
 
     /// Compares with the value before; another one is taken and `otherwise` follows.
     fn proximity_read(&mut self, now_us: u64, answer: &[u8], otherwise: Step) {
-        let (Some(proximity), Outcome::Reading { measurement, torn }) =
-            (part::result(answer), &mut self.outcome)
+        let (Some(proximity), ReadoutResult::Reading { measurement, torn }) =
+            (part::result(answer), &mut self.result_so_far)
         else {
-            return self.visit_failed(now_us);
+            return self.readout_failed(now_us);
         };
         if measurement.proximity == proximity {
             self.step = Step::ConfirmStill;
@@ -336,13 +336,13 @@ impl Branch {
     fn identified(&mut self, now_us: u64, answer: &[u8]) {
         match *answer {
             [IDENTITY] => self.step = Step::Stop,
-            [_] => self.bring(Outcome::Stranger),
-            _ => self.visit_failed(now_us),
+            [_] => self.finish_with(ReadoutResult::WrongIdentity),
+            _ => self.readout_failed(now_us),
         }
     }
 
-    fn bring(&mut self, outcome: Outcome) {
-        self.outcome = outcome;
+    fn finish_with(&mut self, result_so_far: ReadoutResult) {
+        self.result_so_far = result_so_far;
         self.step = Step::ConfirmStill;
     }
 
@@ -351,29 +351,29 @@ impl Branch {
         if mux::selection(answer) != Selection::Channel(channel) {
             self.wrong_channel();
             self.sensor_mut(channel).discarded();
-            return self.visit_failed(now_us);
+            return self.readout_failed(now_us);
         }
-        self.owing.remove(channel);
+        self.pending.remove(channel);
         let moving = self.moving;
-        let outcome = self.outcome;
-        let first_visit = !self.second_visits;
+        let result_so_far = self.result_so_far;
+        let is_first_pass = !self.is_second_pass;
         let sensor = self.sensor_mut(channel);
-        match outcome {
-            Outcome::Configured => sensor.configured(),
-            Outcome::Stranger => sensor.is_a_stranger(now_us),
-            Outcome::Reading { measurement, torn } => {
+        match result_so_far {
+            ReadoutResult::Configured => sensor.configured(),
+            ReadoutResult::WrongIdentity => sensor.found_wrong_identity(now_us),
+            ReadoutResult::Reading { measurement, torn } => {
                 if torn {
                     sensor.torn();
                 }
                 sensor.take(now_us, measurement, moving);
             }
-            Outcome::NothingNew => {
+            ReadoutResult::NothingNew => {
                 sensor.answered();
-                if first_visit {
+                if is_first_pass {
                     self.again.insert(channel);
                 }
             }
         }
-        self.visit_next(now_us);
+        self.next_readout(now_us);
     }
 }

@@ -6,15 +6,15 @@ use pca9544a::transactions::deselect;
 
 use super::*;
 use crate::board::i2c::muxed_bus::MUX_ADDRESS;
-use crate::board::i2c::{BusFault, Transaction};
+use crate::board::i2c::{BusFault, BusTransaction};
 use crate::board::sensor_state::SensorState;
 use crate::random::{Generator, uniform_below};
 
 /// Runs a round with these answers and gives the number of its transactions.
 fn round(
-    branch: &mut Branch,
+    branch: &mut MuxedBus,
     now_us: u64,
-    mut answer: impl FnMut(&Transaction) -> Result<Vec<u8>, BusFault>,
+    mut answer: impl FnMut(&BusTransaction) -> Result<Vec<u8>, BusFault>,
 ) -> u32 {
     assert!(branch.begin_round(now_us, true));
     let mut transactions = 0;
@@ -27,13 +27,13 @@ fn round(
     transactions
 }
 
-fn states(branch: &Branch, now_us: u64) -> [SensorState; 4] {
+fn states(branch: &MuxedBus, now_us: u64) -> [SensorState; 4] {
     Channel::ALL.map(|channel| branch.sensor(channel).state(now_us))
 }
 
 #[test]
 fn a_busy_round_is_counted_and_goes_on() {
-    let mut branch = Branch::new(&Channel::ALL);
+    let mut branch = MuxedBus::new(&Channel::ALL);
     assert!(branch.begin_round(0, true));
     let first = branch.next(0);
     assert!(!branch.begin_round(0, true));
@@ -44,7 +44,7 @@ fn a_busy_round_is_counted_and_goes_on() {
 
 #[test]
 fn an_answer_without_a_transaction_changes_nothing() {
-    let mut branch = Branch::new(&Channel::ALL);
+    let mut branch = MuxedBus::new(&Channel::ALL);
     let before = format!("{branch:?}");
     branch.answer(1, Ok(&[1, 2, 3]));
     branch.answer(1, Err(BusFault::HeldLow));
@@ -53,7 +53,7 @@ fn an_answer_without_a_transaction_changes_nothing() {
 
 #[test]
 fn answers_of_a_wrong_length_are_failures_and_end() {
-    let mut branch = Branch::new(&Channel::ALL);
+    let mut branch = MuxedBus::new(&Channel::ALL);
     for length in [0, 1, 2, 3, 5, 16] {
         round(&mut branch, 0, |_| Ok(vec![0x07; length]));
     }
@@ -63,7 +63,7 @@ fn answers_of_a_wrong_length_are_failures_and_end() {
 fn whatever_the_bus_answers_a_round_ends_within_eighty_transactions() {
     let mut generator = Generator::seeded(1);
     let mut below = |bound| uniform_below(&mut generator, bound);
-    let mut branch = Branch::new(&Channel::ALL);
+    let mut branch = MuxedBus::new(&Channel::ALL);
     let rounds = if cfg!(miri) { 50 } else { 100_000 };
     for index in 0..rounds {
         round(&mut branch, index * ROUND_PERIOD_US, |transaction| {
@@ -86,7 +86,7 @@ fn whatever_the_bus_answers_a_round_ends_within_eighty_transactions() {
 #[test]
 fn f03_a_held_line_ends_the_round_at_once() {
     for fault in [BusFault::HeldLow, BusFault::Overdue] {
-        let mut branch = Branch::new(&Channel::ALL);
+        let mut branch = MuxedBus::new(&Channel::ALL);
         assert_eq!(round(&mut branch, 0, |_| Err(fault)), 1);
         assert_eq!(branch.counters().line_failures, 1);
         for channel in Channel::ALL {
@@ -95,14 +95,14 @@ fn f03_a_held_line_ends_the_round_at_once() {
         // Nothing is assumed about the multiplexer afterwards.
         branch.begin_round(8_000, true);
         let next = branch.next(8_000);
-        assert_eq!(next, Some(Transaction::of_mux(&deselect(MUX_ADDRESS))));
+        assert_eq!(next, Some(BusTransaction::of_mux(&deselect(MUX_ADDRESS))));
     }
 }
 
 #[test]
 fn f06_without_the_multiplexer_all_four_are_missing_and_it_is_tried_once_a_second() {
-    let mut branch = Branch::new(&Channel::ALL);
-    let refuse = |_: &Transaction| Err(BusFault::NoSuchPart);
+    let mut branch = MuxedBus::new(&Channel::ALL);
+    let refuse = |_: &BusTransaction| Err(BusFault::NoSuchPart);
     let mut transactions = 0;
     for index in 0..1_253 {
         if index == 2 {
@@ -124,7 +124,7 @@ fn f06_without_the_multiplexer_all_four_are_missing_and_it_is_tried_once_a_secon
 
 #[test]
 fn f07_each_read_back_that_names_another_channel_is_counted() {
-    let mut branch = Branch::new(&Channel::ALL);
+    let mut branch = MuxedBus::new(&Channel::ALL);
     // Takes no selection: four sensors, two visits each.
     round(&mut branch, 0, |transaction| {
         Ok(vec![0; transaction.to_read()])
@@ -134,7 +134,7 @@ fn f07_each_read_back_that_names_another_channel_is_counted() {
 
 #[test]
 fn only_the_channels_in_use_are_visited() {
-    let mut branch = Branch::new(&[Channel::Two]);
+    let mut branch = MuxedBus::new(&[Channel::Two]);
     round(&mut branch, 0, |transaction| {
         let written = transaction.to_write();
         assert!(written.is_empty() || [[0], [6]].iter().any(|it| it == written));

@@ -9,7 +9,7 @@ pub const ROUND_PERIOD_US: u64 = 8_000;
 ///
 /// At 400 kHz the longest visit takes 0.75 ms, so that the round then ends before the
 /// next one begins.
-pub const SECOND_VISITS_UNTIL_US: u64 = 6_000;
+pub const SECOND_READOUTS_UNTIL_US: u64 = 6_000;
 
 /// Clocks of a visit that reads: selection, read-back, command, results, proximity
 /// again, read-back.
@@ -38,7 +38,7 @@ pub const USUAL_ROUND_CLOCKS: u32 = 4 * READING_CLOCKS;
 /// Clocks of the longest round without second visits: each visit ends with an error.
 ///
 /// 1204: 12.0 ms at 100 kHz, 3.0 ms at 400 kHz.
-pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
+pub const LONGEST_FIRST_PASS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
 
 /// The longest that a round holds a bus of this speed, microseconds, rounded up.
 ///
@@ -46,12 +46,12 @@ pub const LONGEST_FIRST_VISITS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
 /// time between them.
 #[must_use]
 pub const fn longest_round_us(bus_hz: u32) -> u64 {
-    let first_us = time_us(LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
-    if first_us >= SECOND_VISITS_UNTIL_US {
+    let first_us = time_us(LONGEST_FIRST_PASS_CLOCKS, bus_hz);
+    if first_us >= SECOND_READOUTS_UNTIL_US {
         return first_us;
     }
-    let all_us = time_us(2 * LONGEST_FIRST_VISITS_CLOCKS, bus_hz);
-    let last_us = SECOND_VISITS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
+    let all_us = time_us(2 * LONGEST_FIRST_PASS_CLOCKS, bus_hz);
+    let last_us = SECOND_READOUTS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
     if all_us < last_us { all_us } else { last_us }
 }
 
@@ -70,7 +70,7 @@ mod tests {
         assert_eq!(USUAL_ROUND_CLOCKS, 852);
         // 20 + 20 to select, 39 + 39 to look, 29 + 47 + 29 to set, 20 to confirm.
         assert_eq!(CONFIGURING_CLOCKS, 243);
-        assert_eq!(LONGEST_FIRST_VISITS_CLOCKS, 1_204);
+        assert_eq!(LONGEST_FIRST_PASS_CLOCKS, 1_204);
     }
 
     #[test]

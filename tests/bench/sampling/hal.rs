@@ -7,8 +7,8 @@ use stm32f4xx_hal::gpio::{Input, PC13};
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::rcc::Rcc;
 
-use amiro_ipf::board::can::{self, Controller};
-use amiro_ipf::board::i2c::{self, Line, Master, Register, Registers};
+use amiro_ipf::board::can::{self, CanController};
+use amiro_ipf::board::i2c::{self, BusLine, I2cMaster, I2cRegister, I2cRegisters};
 
 #[path = "../../../src/bin/firmware/hal/clocks.rs"]
 mod clocks;
@@ -34,11 +34,11 @@ impl I2cCells {
         Self([const { AtomicU16::new(0) }; 7])
     }
 
-    pub(crate) fn read(&self, register: Register) -> u16 {
+    pub(crate) fn read(&self, register: I2cRegister) -> u16 {
         self.0[register as usize].load(Ordering::Relaxed)
     }
 
-    pub(crate) fn write(&self, register: Register, value: u16) {
+    pub(crate) fn write(&self, register: I2cRegister, value: u16) {
         self.0[register as usize].store(value, Ordering::Relaxed);
     }
 }
@@ -51,11 +51,11 @@ impl CanCells {
         Self([const { AtomicU32::new(0) }; 0x258 / 4])
     }
 
-    pub(crate) fn read(&self, register: can::Register) -> u32 {
+    pub(crate) fn read(&self, register: can::CanRegister) -> u32 {
         self.0[register.offset() / 4].load(Ordering::Relaxed)
     }
 
-    pub(crate) fn write(&self, register: can::Register, bits: u32) {
+    pub(crate) fn write(&self, register: can::CanRegister, bits: u32) {
         self.0[register.offset() / 4].store(bits, Ordering::Relaxed);
     }
 }
@@ -66,17 +66,17 @@ pub(crate) struct Port<const UNIT: usize>(pub(crate) &'static I2cCells);
 /// CR1: make a stop.
 pub(crate) const STOP: u16 = 1 << 9;
 
-impl<const UNIT: usize> Registers for Port<UNIT> {
-    fn read(&mut self, register: Register) -> u16 {
+impl<const UNIT: usize> I2cRegisters for Port<UNIT> {
+    fn read(&mut self, register: I2cRegister) -> u16 {
         let value = self.0.read(register);
         match register {
             // A stop is made at once: the first look sees it.
-            Register::Cr1 => value & !STOP,
+            I2cRegister::Cr1 => value & !STOP,
             _ => value,
         }
     }
 
-    fn write(&mut self, register: Register, value: u16) {
+    fn write(&mut self, register: I2cRegister, value: u16) {
         self.0.write(register, value);
     }
 
@@ -84,17 +84,17 @@ impl<const UNIT: usize> Registers for Port<UNIT> {
 
     fn return_pins(&mut self) {}
 
-    fn pull(&mut self, _: Line) {}
+    fn pull(&mut self, _: BusLine) {}
 
-    fn release(&mut self, _: Line) {}
+    fn release(&mut self, _: BusLine) {}
 
-    fn is_high(&mut self, _: Line) -> bool {
+    fn is_high(&mut self, _: BusLine) -> bool {
         true
     }
 
     fn wait_half_clock(&mut self) {}
 
-    fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+    fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         cortex_m::interrupt::free(|_| work(self))
     }
 }
@@ -102,25 +102,25 @@ impl<const UNIT: usize> Registers for Port<UNIT> {
 /// The CAN unit.
 pub(crate) struct CanUnit(pub(crate) &'static CanCells);
 
-impl can::Registers for CanUnit {
-    fn read(&self, register: can::Register) -> u32 {
+impl can::CanRegisters for CanUnit {
+    fn read(&self, register: can::CanRegister) -> u32 {
         self.0.read(register)
     }
 
-    fn write(&mut self, register: can::Register, bits: u32) {
+    fn write(&mut self, register: can::CanRegister, bits: u32) {
         // What is known of the mailboxes stays: each is sent at once.
-        if register != can::Register::TSR {
+        if register != can::CanRegister::TSR {
             self.0.write(register, bits);
         }
     }
 }
 
-pub(crate) type BusOne = Master<Port<1>>;
-pub(crate) type BusTwo = Master<Port<2>>;
-pub(crate) type Can = Controller<CanUnit>;
+pub(crate) type BusOne = I2cMaster<Port<1>>;
+pub(crate) type BusTwo = I2cMaster<Port<2>>;
+pub(crate) type Can = CanController<CanUnit>;
 
 /// As the image's.
-pub(crate) struct SenseUnits {
+pub(crate) struct AcquisitionUnits {
     pub(crate) one: BusOne,
     pub(crate) two: BusTwo,
     pub(crate) can: Can,
@@ -139,9 +139,9 @@ pub(crate) fn masters(
     two: &'static I2cCells,
     bus_hz: u32,
 ) -> (BusOne, BusTwo) {
-    let timing = i2c::Timing::fast(bus_hz);
+    let timing = i2c::I2cTiming::fast(bus_hz);
     (
-        Master::new(Port(one), timing, 0),
-        Master::new(Port(two), timing, 0),
+        I2cMaster::new(Port(one), timing, 0),
+        I2cMaster::new(Port(two), timing, 0),
     )
 }
