@@ -1,32 +1,32 @@
-//! The measurement of the sensors' offsets, with nothing near.
+//! Measures the sensors' offsets with nothing in range.
 //!
-//! An offset is subtracted from every reading, so a wrong one is a wall that is always
-//! there, or one that never is. It is measured as the mean of 20 readings and refused
-//! on the slightest doubt.
+//! An offset is subtracted from every reading, so a wrong one shows a wall that is not
+//! there or hides one. It is the mean of 20 readings, and refused if they are unsteady or
+//! implausible.
 
 use serde::{Deserialize, Serialize};
 
 use super::offsets::{OFFSET_RANGE, OffsetOrigin, Offsets};
 use crate::sensor::SENSORS;
 
-/// Readings that make an offset: 160 ms at 125 Hz; noise of 4.6 counts leaves 1.0.
+/// Readings per offset: 160 ms at 125 Hz; noise of 4.6 counts leaves 1.0.
 pub const READINGS: u8 = 20;
 
-/// Rounds after which a sensor without its 20 readings is given up.
+/// Rounds after which a sensor without its 20 readings is refused.
 const ROUNDS: u8 = 40;
 
-/// Most that 20 readings of a steady scene lie apart: 8.7 standard deviations of 4.6
+/// Largest spread of 20 readings of a steady scene: 8.7 standard deviations of 4.6
 /// counts, where 20 normal numbers have 3.7 on average.
 const SPREAD: u16 = 40;
 
-/// Most that one sensor lies above the ring's median. Sensors differ by 180 in all; a
-/// white cylinder within 9 cm of one adds 100.
+/// Largest distance of one sensor above the ring's median. Sensors differ by 180 in all;
+/// a white cylinder within 9 cm of one adds 100.
 const ABOVE_RING: u16 = 100;
 
-/// Most that a sensor lies above its stored offset: a cylinder within 13 cm.
+/// Largest distance above the stored offset: a cylinder within 13 cm.
 const ABOVE_STORED: u16 = 40;
 
-/// Why a sensor's offset is not taken.
+/// Why a sensor's offset is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum OffsetRefusal {
@@ -34,7 +34,7 @@ pub enum OffsetRefusal {
     NotDelivering,
     /// Its readings lie up to this far apart, counts: something moves.
     Unsteady(u16),
-    /// Their mean is no offset.
+    /// The mean is outside [`OFFSET_RANGE`].
     OutOfRange(u16),
     /// The mean lies this far above the ring's median: something is near this sensor.
     AboveRing(u16),
@@ -71,7 +71,7 @@ impl core::fmt::Display for OffsetRefusal {
 
 impl core::error::Error for OffsetRefusal {}
 
-/// What the readings of one sensor come to.
+/// Sum and range of one sensor's readings.
 #[derive(Clone, Copy, Debug)]
 struct Tally {
     readings: u8,
@@ -121,7 +121,7 @@ impl Tally {
     }
 }
 
-/// A measurement of all offsets, a round of readings at a time.
+/// A measurement of all offsets, one round of readings at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct OffsetMeasurement {
     tallies: [Tally; SENSORS],
@@ -130,8 +130,8 @@ pub struct OffsetMeasurement {
 }
 
 impl OffsetMeasurement {
-    /// Begins a measurement; offsets that came from the memory guard against a
-    /// robot in a corner, where the whole ring sees something.
+    /// Begins a measurement. Known offsets guard against a robot in a corner, where
+    /// something is in range of the whole ring.
     #[must_use]
     pub const fn new(known: &Offsets) -> Self {
         Self {
@@ -144,10 +144,10 @@ impl OffsetMeasurement {
         }
     }
 
-    /// Takes a round's raw values, of the sensors that are trusted; answers whether
-    /// the measurement is done, after 20 values of each and 40 rounds at the latest.
+    /// Takes the raw values of a round's trusted sensors; whether the measurement is done,
+    /// after 20 values of each and 40 rounds at the latest.
     ///
-    /// One call a round, or a reading counts twice.
+    /// To be called once per round, or a reading counts twice.
     pub fn take(&mut self, raw: &[Option<u16>; SENSORS]) -> bool {
         self.rounds = self.rounds.saturating_add(1);
         for (tally, raw) in self.tallies.iter_mut().zip(raw) {
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_sensor_is_waited_for_forty_rounds_and_refused() {
+    fn a_sensor_that_does_not_deliver_is_refused_after_forty_rounds() {
         let mut measurement = OffsetMeasurement::new(&STORED);
         for round in 1..=40 {
             let mut raw = TABLE.map(Some);

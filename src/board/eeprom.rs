@@ -1,10 +1,9 @@
-//! Atmel's AT24C01: 128 bytes that survive without power.
+//! Transactions of Atmel's EEPROM AT24C01: 128 bytes, up to 400 kHz.
 //!
-//! A transfer of reads runs through the memory and wraps at its end. A transfer of
-//! writes wraps within a page of eight bytes, so a longer one is split at the pages'
-//! bounds. After each page the part is busy for up to 5 ms and answers to nobody, which
-//! is how its end is found. Facts from the maker's data sheet as open drivers tell it.
-//! Up to 400 kHz.
+//! A read runs through the memory and wraps at its end. A write wraps within a page of
+//! eight bytes, so a longer one is split at the pages' bounds. After each page the part
+//! is busy for up to 5 ms and does not acknowledge its address. Facts from the maker's
+//! data sheet as cited by open drivers.
 //!
 //! # Example
 //!
@@ -33,8 +32,8 @@ pub const WRITE_CYCLE_US: u32 = 5_000;
 
 /// The transactions that read `length` bytes from `start` on, 16 at most each.
 ///
-/// What lies beyond the memory's end is not read. Bytes on the bus: 3 a transaction
-/// and 1 for each that is read.
+/// Bytes beyond the memory's end are not read. Bytes on the bus: 3 per transaction and 1
+/// per byte.
 pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = BusTransaction> {
     let end = usize::from(start).saturating_add(length).min(BYTES);
     let mut next = usize::from(start);
@@ -51,9 +50,8 @@ pub fn reads(address: u8, start: u8, length: usize) -> impl Iterator<Item = BusT
 
 /// The transactions that write `bytes` from `start` on, each within a page.
 ///
-/// What does not fit before the memory's end is not written. Between any two of them
-/// the part must have answered to [`poll_ready`]. Bytes on the bus: 2 a
-/// transaction and 1 for each that is written.
+/// Bytes beyond the memory's end are not written. Between two transactions the part must
+/// have acknowledged [`poll_ready`]. Bytes on the bus: 2 per transaction and 1 per byte.
 pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = BusTransaction> {
     let room = BYTES.saturating_sub(usize::from(start));
     let mut rest = bytes.get(..room).unwrap_or(bytes);
@@ -78,8 +76,8 @@ pub fn writes(address: u8, start: u8, bytes: &[u8]) -> impl Iterator<Item = BusT
     })
 }
 
-/// An address alone: refused as [`NoSuchPart`](super::i2c::BusFault::NoSuchPart) as long as a
-/// page is being written. 1 byte, 110 or 28 us.
+/// An address alone: fails with [`NoSuchPart`](super::i2c::BusFault::NoSuchPart) while a
+/// page is written. 1 byte, 110 us at 100 kHz, 28 us at 400 kHz.
 #[must_use]
 pub fn poll_ready(address: u8) -> BusTransaction {
     BusTransaction::new(address, &[], 0)

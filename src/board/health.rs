@@ -1,4 +1,4 @@
-//! How the parts around the filter are: sensors, buses, odometry's bus.
+//! The report on the board's parts: sensors, I2C buses, CAN bus.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::board::sensor_state::SensorState;
 use crate::seed::SeedSource;
 use crate::sensor::SENSORS;
 
-/// How the board's parts are, at 8 Hz beside the status.
+/// Health of the board's parts, sent at 8 Hz beside the status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
@@ -16,21 +16,21 @@ pub struct Health {
     pub sensors: [SensorHealth; SENSORS],
     /// The two I2C buses.
     pub buses: [BusHealth; 2],
-    /// The bus that odometry comes over.
+    /// The CAN bus, which carries the odometry.
     pub can: CanHealth,
-    /// What the seed was made of that the board began with.
+    /// Source of the board's first seed.
     pub seed: SeedSource,
     /// Where the sensors' offsets come from.
     pub offsets: OffsetOrigin,
 }
 
-/// How one sensor is.
+/// Health of one sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SensorHealth {
-    /// In a word.
+    /// Its state.
     pub state: SensorState,
-    /// Age of its last value, milliseconds; 255 for that and more, and for none.
+    /// Age of its last value, milliseconds; 255 also for older ones and for none.
     pub age_ms: u8,
     /// Rounds that ended without a value, since boot; stops at its highest value.
     pub failed: u16,
@@ -51,11 +51,11 @@ pub enum BusState {
     HeldLow,
 }
 
-/// How a bus is; counters since boot, each stops at its highest value.
+/// Health of an I2C bus; counters since boot, each stops at its highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusHealth {
-    /// In a word.
+    /// Its state.
     pub state: BusState,
     /// Transactions that failed.
     pub failed: u16,
@@ -63,17 +63,17 @@ pub struct BusHealth {
     pub recoveries: u16,
 }
 
-/// How the robot's bus is; counters since boot, each stops at its highest value.
+/// Health of the CAN bus; counters since boot, each stops at its highest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CanHealth {
     /// The controller's state.
     pub state: CanState,
-    /// Frames understood.
+    /// Frames decoded.
     pub taken: u32,
-    /// Frames that said nothing that is understood.
+    /// Frames that were not for this board, or damaged.
     pub ignored: u16,
-    /// Frames that came faster than they were taken.
+    /// Frames lost because they came faster than they were taken.
     pub overruns: u16,
     /// Times that the controller was off the bus.
     pub bus_offs: u16,

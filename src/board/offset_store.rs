@@ -1,25 +1,23 @@
-//! The memory of the offsets: read once at start, written after a calibration.
+//! Reads the offsets from the EEPROM at start and writes them after a calibration.
 
 use crate::board::eeprom::{self, ADDRESS_AMIRO};
 use crate::board::i2c::{BusFault, BusTransaction};
-use crate::board::offsets::{Offsets, STORE_BYTES, StoreFault};
+use crate::board::offsets::{OFFSETS_AT, Offsets, STORE_BYTES, StoreFault};
 
-/// Where the offsets begin; what lies before them is AMiRo-OS's.
-const OFFSETS_AT: usize = 0x14;
-/// How long a memory is left alone after a page, microseconds: its longest write cycle.
+/// Time after the write of a page without a poll, microseconds: the longest write cycle.
 const WRITE_CYCLE_US: u64 = eeprom::WRITE_CYCLE_US as u64;
-/// Between two questions to a memory that is still writing, microseconds.
+/// Time between two polls of an EEPROM that is still writing, microseconds.
 const POLL_PERIOD_US: u64 = 1_000;
-/// Questions after which it is given up.
+/// Polls after which writing is given up.
 const MAX_POLLS: u8 = 20;
 
-/// What the memory is polls next.
+/// What the next transaction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
     Idle,
-    /// Reads the so-manyth part of what is kept.
+    /// Reads this part of the stored bytes.
     Read(usize),
-    /// Writes the so-manyth part of the offsets.
+    /// Writes this part of the offsets.
     Write(usize),
     /// Waits for the end of this part's write cycle.
     Settle {
@@ -29,23 +27,21 @@ enum Work {
     },
 }
 
-/// Reads and writes the offsets, a transaction at a time.
+/// Reads and writes the offsets, one transaction at a time.
 ///
-/// A memory without AMiRo's mark is neither believed nor written: what is in it is
-/// somebody else's.
+/// The contents of an EEPROM without AMiRo's mark are neither used nor overwritten.
 #[derive(Clone, Debug)]
 pub(super) struct OffsetStore {
     work: Work,
     bytes: [u8; STORE_BYTES],
     filled: usize,
     has_mark: bool,
-    /// What was read, if that ended just now; `None` if it cannot be believed.
+    /// The offsets that were just read; the inner `None` if they are unusable.
     read: Option<Option<Offsets>>,
 }
 
-impl OffsetStore {
-    /// A store that will first be read.
-    pub(super) const fn new() -> Self {
+impl Default for OffsetStore {
+    fn default() -> Self {
         Self {
             work: Work::Read(0),
             bytes: [0; STORE_BYTES],
@@ -54,8 +50,10 @@ impl OffsetStore {
             read: None,
         }
     }
+}
 
-    /// Begins to write offsets, if the memory is one of AMiRo's; whether it is.
+impl OffsetStore {
+    /// Begins to write offsets if the EEPROM has AMiRo's mark; whether it does.
     pub(super) fn write(&mut self, offsets: &Offsets) -> bool {
         if self.has_mark {
             offsets.encode(&mut self.bytes);
@@ -105,12 +103,12 @@ impl OffsetStore {
                     polls: polls + 1,
                 }
             }
-            // What is stored may be old in part. Both halves are offsets of this ring.
+            // Some of the stored offsets may be the old ones, which fit this ring as well.
             (Work::Idle | Work::Write(_) | Work::Settle { .. }, _) => Work::Idle,
         };
     }
 
-    /// Keeps a part that was read; after the last one, judges the whole.
+    /// Stores a part that was read; decodes all of them after the last one.
     fn take(&mut self, part: usize, answer: &[u8]) -> Work {
         let rest = self.bytes.get_mut(self.filled..).unwrap_or_default();
         for (place, byte) in rest.iter_mut().zip(answer) {
@@ -126,7 +124,7 @@ impl OffsetStore {
         Work::Idle
     }
 
-    /// What was read since the last call.
+    /// The offsets that were read since the last call.
     pub(super) fn take_read(&mut self) -> Option<Option<Offsets>> {
         self.read.take()
     }

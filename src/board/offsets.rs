@@ -1,7 +1,7 @@
-//! The sensors' offsets and their place in the memory.
+//! The sensors' offsets and their layout in the EEPROM.
 //!
-//! A sensor that sees nothing reads 2200 to 2500 counts, each its own number, of light
-//! that its own hull throws back.
+//! With nothing in range a sensor reads 2200 to 2500 counts of light that the robot's own
+//! hull reflects; each sensor has its own offset.
 
 use core::ops::RangeInclusive;
 
@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 use super::proximity_sensor::DEFAULT_OFFSET;
 use crate::sensor::SENSORS;
 
-/// What an offset can be, counts. Two robots have 2150 to 2510.
+/// Plausible offsets, counts. Two robots have 2150 to 2510.
 pub const OFFSET_RANGE: RangeInclusive<u16> = 1_500..=3_500;
 
-/// Bytes of the memory that hold the offsets and what goes before them.
+/// Bytes of the EEPROM up to the end of the offsets.
 pub const STORE_BYTES: usize = OFFSETS_AT + 2 * SENSORS;
 
-/// Where the offsets begin.
-const OFFSETS_AT: usize = 0x14;
+/// Where the offsets begin; AMiRo-OS uses the bytes before.
+pub(super) const OFFSETS_AT: usize = 0x14;
 
 /// AMiRo-OS's mark: magic, then major and minor versions of boot loader and hardware.
 const MARK: [u8; 5] = [0xaa, 1, 2, 1, 1];
@@ -26,10 +26,10 @@ const MARK: [u8; 5] = [0xaa, 1, 2, 1, 1];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum OffsetOrigin {
-    /// Nowhere: 2450 each. Ranges are wrong by some, and walls may stay unseen.
+    /// The default of 2450 each. Ranges are inexact, and walls may stay undetected.
     #[default]
     Defaults,
-    /// The memory.
+    /// The EEPROM.
     Stored,
     /// A measurement since the start.
     Measured,
@@ -45,13 +45,13 @@ pub struct Offsets {
     pub origin: OffsetOrigin,
 }
 
-/// Why the memory's offsets are not used.
+/// Why the EEPROM's offsets are not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreFault {
-    /// The mark is not AMiRo-OS's: the memory is blank or somebody else's.
+    /// AMiRo-OS's mark is missing: the EEPROM is blank or holds something else.
     NoMark,
-    /// This sensor's offset is none.
+    /// This sensor's offset is outside [`OFFSET_RANGE`].
     Implausible {
         /// The first such sensor.
         sensor: u8,
@@ -59,13 +59,13 @@ pub enum StoreFault {
 }
 
 impl Offsets {
-    /// What is used when nothing better is known.
+    /// The offsets of a robot that was never calibrated.
     pub const DEFAULTS: Self = Self {
         counts: [DEFAULT_OFFSET; SENSORS],
         origin: OffsetOrigin::Defaults,
     };
 
-    /// The offsets in the first bytes of the memory, in AMiRo-OS's layout: five bytes of
+    /// The offsets in the first bytes of the EEPROM, in AMiRo-OS's layout: five bytes of
     /// mark, offsets from 0x14 on, two bytes each, low byte first.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl Offsets {
         })
     }
 
-    /// Puts the mark and the offsets where [`Offsets::decode`] finds them; the bytes
+    /// Writes the mark and the offsets in the layout of [`Offsets::decode`]; the bytes
     /// between stay as they are.
     pub fn encode(&self, bytes: &mut [u8; STORE_BYTES]) {
         for (place, byte) in bytes.iter_mut().zip(MARK) {
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_blank_or_foreign_memory_is_not_believed() {
+    fn a_blank_eeprom_and_implausible_offsets_are_refused() {
         let mut bytes = [0xff; STORE_BYTES];
         assert_eq!(Offsets::decode(&bytes), Err(StoreFault::NoMark));
         STORED.encode(&mut bytes);

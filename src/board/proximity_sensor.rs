@@ -1,4 +1,4 @@
-//! One proximity sensor as it is known from its readings: its state and its value.
+//! One proximity sensor: its state and its sample, from its readings.
 
 use vcnl4020::{Measurement, SATURATED};
 
@@ -13,40 +13,38 @@ pub const MAX_AGE_US: u64 = MAX_SAMPLE_AGE_US;
 /// Rounds in a row without an answer after which a sensor is missing.
 pub const MISSING_AFTER: u8 = 3;
 
-/// Time between two attempts at a sensor that is missing or a wrong_identity.
+/// Time between two probes of a sensor that is missing or has a wrong identity.
 pub const PROBE_PERIOD_US: u64 = 1_000_000;
 
-/// Plausible readings in a row before a sensor is trusted, at first and anew.
+/// Plausible readings in a row before a sensor is trusted, at first and after a fault.
 pub const TRUSTED_AFTER: u8 = 10;
 
 /// Offset of a sensor that was never calibrated, counts.
 pub const DEFAULT_OFFSET: u16 = 2_450;
 
-/// Counts above the offset that mean something: the law's 23.6 at 0.20 m.
-pub const DEFAULT_LEAST_COUNTS: u16 = 24;
+/// Counts above the offset from which on something is in range: the law's 23.6 at 0.20 m.
+const MIN_COUNTS: i32 = 24;
 
-/// How the sensor is to be spoken to in the next round.
+/// How the next round treats the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Operation {
     /// It must be configured first.
     Unconfigured,
     /// It measures by itself.
     Running,
-    /// It is left alone until this time.
+    /// It is not accessed until this time.
     Paused { until_us: u64, wrong_identity: bool },
 }
 
-/// What is known of one sensor.
+/// One sensor: its operation, its last reading and what the checks found.
 #[derive(Clone, Copy, Debug)]
 pub struct ProximitySensor {
     /// Raw counts with nothing in range.
     pub offset: u16,
-    /// Counts above the offset below which there is nothing in range.
-    pub least_counts: u16,
     operation: Operation,
     failures: u8,
     plausible: u8,
-    is_ambient_saturated_now: bool,
+    ambient_saturated: bool,
     last: Option<Stamped>,
     signal: SignalCheck,
     counters: SensorCounters,
@@ -59,16 +57,15 @@ struct Stamped {
 }
 
 impl ProximitySensor {
-    /// A sensor that nothing is known of.
+    /// A sensor before its first readout.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             offset: DEFAULT_OFFSET,
-            least_counts: DEFAULT_LEAST_COUNTS,
             operation: Operation::Unconfigured,
             failures: 0,
             plausible: 0,
-            is_ambient_saturated_now: false,
+            ambient_saturated: false,
             last: None,
             signal: SignalCheck::new(),
             counters: SensorCounters {
@@ -81,7 +78,7 @@ impl ProximitySensor {
         }
     }
 
-    /// How it is now.
+    /// Its state now.
     #[must_use]
     pub fn state(&self, now_us: u64) -> SensorState {
         if let Operation::Paused { wrong_identity, .. } = self.operation {
@@ -104,7 +101,7 @@ impl ProximitySensor {
             SensorState::NoData
         } else if last.proximity == SATURATED {
             SensorState::TooClose
-        } else if self.counts(last.proximity) < i32::from(self.least_counts) {
+        } else if self.counts(last.proximity) < MIN_COUNTS {
             SensorState::Nothing
         } else {
             SensorState::Good
@@ -114,7 +111,7 @@ impl ProximitySensor {
     const fn fault(&self) -> Option<SensorFault> {
         if self.signal.is_garbage() {
             Some(SensorFault::Garbage)
-        } else if self.is_ambient_saturated_now {
+        } else if self.ambient_saturated {
             Some(SensorFault::Dazzled)
         } else {
             None
@@ -125,7 +122,7 @@ impl ProximitySensor {
         i32::from(proximity) - i32::from(self.offset)
     }
 
-    /// What it delivers now; missing unless its state is trusted.
+    /// Its sample now; missing unless its state is trusted.
     #[must_use]
     pub fn sample(&self, now_us: u64) -> Sample {
         let Some(last) = self.last else {
@@ -138,7 +135,7 @@ impl ProximitySensor {
         }
     }
 
-    /// The last raw value that it delivered, whatever its age and state.
+    /// The last raw value, whatever its age and state.
     #[must_use]
     pub fn raw(&self) -> Option<u16> {
         self.last.map(|last| last.proximity)
@@ -150,13 +147,13 @@ impl ProximitySensor {
         self.last.map(|last| now_us.saturating_sub(last.stamp_us))
     }
 
-    /// What happened to it since the start.
+    /// Its counters since the start.
     #[must_use]
     pub const fn counters(&self) -> SensorCounters {
         self.counters
     }
 
-    /// Whether the round that begins now has to do with it.
+    /// Whether the round that begins now includes it.
     pub(super) const fn is_due(&self, now_us: u64) -> bool {
         match self.operation {
             Operation::Paused { until_us, .. } => now_us >= until_us,
@@ -169,7 +166,7 @@ impl ProximitySensor {
         matches!(self.operation, Operation::Running)
     }
 
-    /// Whether an error is made up for by another attempt in the same round.
+    /// Whether a failed readout is repeated in the same round.
     pub(super) const fn may_retry(&self) -> bool {
         !matches!(self.operation, Operation::Paused { .. })
     }
@@ -177,7 +174,7 @@ impl ProximitySensor {
     /// It was configured; readings follow from the next round on.
     ///
     /// One that was running has been reset since.
-    pub(super) fn configured(&mut self) {
+    pub(super) fn on_configured(&mut self) {
         match self.operation {
             Operation::Running => self.counters.resets = self.counters.resets.saturating_add(1),
             Operation::Paused { .. } => self.signal = SignalCheck::new(),
@@ -188,17 +185,17 @@ impl ProximitySensor {
         self.last = None;
     }
 
-    /// It answered without having anything new.
-    pub(super) fn answered(&mut self) {
+    /// It answered without a new result.
+    pub(super) fn on_no_result(&mut self) {
         self.failures = 0;
     }
 
     /// It delivered a reading.
-    pub(super) fn take(&mut self, now_us: u64, measurement: Measurement, moving: bool) {
+    pub(super) fn on_reading(&mut self, now_us: u64, measurement: Measurement, moving: bool) {
         self.failures = 0;
         self.counters.readings = self.counters.readings.saturating_add(1);
         self.signal.take(measurement.proximity, self.offset, moving);
-        self.is_ambient_saturated_now = is_ambient_saturated(measurement.ambient);
+        self.ambient_saturated = is_ambient_saturated(measurement.ambient);
         self.last = Some(Stamped {
             stamp_us: now_us,
             proximity: measurement.proximity,
@@ -209,28 +206,27 @@ impl ProximitySensor {
         };
     }
 
-    /// A reading changed while it was read.
-    pub(super) fn torn(&mut self) {
+    /// Counts a reading that changed while it was read.
+    pub(super) fn count_torn(&mut self) {
         self.counters.torn = self.counters.torn.saturating_add(1);
     }
 
-    /// An answer was thrown away because nobody knows whose it was.
-    pub(super) fn discarded(&mut self) {
+    /// Counts an answer that was discarded because another channel was selected.
+    pub(super) fn count_discarded(&mut self) {
         self.counters.discarded_for_mux = self.counters.discarded_for_mux.saturating_add(1);
     }
 
-    /// A round wanted it and got nothing.
-    pub(super) fn failed(&mut self, now_us: u64) {
+    /// A round ended without its answer.
+    pub(super) fn on_failure(&mut self, now_us: u64) {
         self.counters.failed = self.counters.failed.saturating_add(1);
         self.failures = self.failures.saturating_add(1);
-        let alone = matches!(self.operation, Operation::Paused { .. });
-        if alone || self.failures >= MISSING_AFTER {
+        if !self.may_retry() || self.failures >= MISSING_AFTER {
             self.pause(now_us, false);
         }
     }
 
-    /// Another part answers in its place.
-    pub(super) fn found_wrong_identity(&mut self, now_us: u64) {
+    /// Another part answers at its address.
+    pub(super) fn on_wrong_identity(&mut self, now_us: u64) {
         self.pause(now_us, true);
     }
 
@@ -261,12 +257,12 @@ mod tests {
         }
     }
 
-    /// A sensor that has earned trust with noisy readings up to time 0.
+    /// A sensor that is trusted after noisy readings up to time 0.
     fn trusted() -> ProximitySensor {
         let mut sensor = ProximitySensor::new();
-        sensor.configured();
+        sensor.on_configured();
         for index in 0..TRUSTED_AFTER {
-            sensor.take(0, dark(2_500 + u16::from(index % 2)), true);
+            sensor.on_reading(0, dark(2_500 + u16::from(index % 2)), true);
         }
         sensor
     }
@@ -275,9 +271,9 @@ mod tests {
     fn trust_takes_ten_readings() {
         let mut sensor = ProximitySensor::new();
         assert_eq!(sensor.state(0), SensorState::NoData);
-        sensor.configured();
+        sensor.on_configured();
         for reading in 1..=10 {
-            sensor.take(0, dark(2_500), true);
+            sensor.on_reading(0, dark(2_500), true);
             let expected = if reading < 10 {
                 (SensorState::NoData, Sample::Missing)
             } else {
@@ -296,7 +292,7 @@ mod tests {
             (2_473, SensorState::Nothing),
             (2_440, SensorState::Nothing),
         ] {
-            sensor.take(0, dark(raw), true);
+            sensor.on_reading(0, dark(raw), true);
             assert_eq!(sensor.state(0), state, "{raw}");
             let counts = i32::from(raw) - 2_450;
             assert_eq!(sensor.sample(0), Sample::Counts(counts));
@@ -307,7 +303,7 @@ mod tests {
     fn f09_a_full_register_is_too_close_and_never_a_count() {
         let mut sensor = trusted();
         for _ in 0..1_000 {
-            sensor.take(0, dark(u16::MAX), true);
+            sensor.on_reading(0, dark(u16::MAX), true);
             assert_eq!(sensor.state(0), SensorState::TooClose);
             assert_eq!(sensor.sample(0), Sample::Saturated);
         }
@@ -317,31 +313,31 @@ mod tests {
     fn f10_a_stuck_sensor_is_stale_after_a_second_of_driving() {
         let mut sensor = trusted();
         let found = (1..).find(|_| {
-            sensor.take(0, dark(2_600), true);
+            sensor.on_reading(0, dark(2_600), true);
             sensor.state(0) == SensorState::Stale
         });
         assert_eq!(found, Some(125), "8 ms each");
         assert_eq!(sensor.sample(0), Sample::Missing);
-        sensor.take(0, dark(2_601), true);
+        sensor.on_reading(0, dark(2_601), true);
         assert_eq!(sensor.state(0), SensorState::Good);
     }
 
     #[test]
-    fn f12_a_dazzled_sensor_says_nothing_and_earns_trust_anew() {
+    fn f12_a_sensor_in_saturating_light_gives_no_sample_until_it_is_trusted_again() {
         let mut sensor = trusted();
         let lit = Measurement {
             ambient: 40_000,
             proximity: 2_900,
         };
-        sensor.take(0, lit, true);
-        let is_ambient_saturated_now = SensorState::Faulty(SensorFault::Dazzled);
-        assert_eq!(sensor.state(0), is_ambient_saturated_now);
+        sensor.on_reading(0, lit, true);
+        let dazzled = SensorState::Faulty(SensorFault::Dazzled);
+        assert_eq!(sensor.state(0), dazzled);
         assert_eq!(sensor.sample(0), Sample::Missing);
         for _ in 0..9 {
-            sensor.take(0, dark(2_500), true);
+            sensor.on_reading(0, dark(2_500), true);
             assert_eq!(sensor.state(0), SensorState::NoData);
         }
-        sensor.take(0, dark(2_501), true);
+        sensor.on_reading(0, dark(2_501), true);
         assert_eq!(sensor.state(0), SensorState::Good);
     }
 
@@ -356,18 +352,18 @@ mod tests {
     #[test]
     fn f01_the_third_failure_in_a_row_is_one_too_many() {
         let mut sensor = trusted();
-        sensor.failed(8_000);
-        sensor.failed(16_000);
-        sensor.answered();
-        sensor.failed(24_000);
-        sensor.failed(32_000);
+        sensor.on_failure(8_000);
+        sensor.on_failure(16_000);
+        sensor.on_no_result();
+        sensor.on_failure(24_000);
+        sensor.on_failure(32_000);
         assert_ne!(sensor.state(32_000), SensorState::Missing);
-        sensor.failed(40_000);
+        sensor.on_failure(40_000);
         assert_eq!(sensor.state(40_000), SensorState::Missing);
         assert_eq!(sensor.raw(), None);
         assert!(!sensor.is_due(1_039_999) && sensor.is_due(1_040_000));
         // The attempt fails as well: another second.
-        sensor.failed(1_040_000);
+        sensor.on_failure(1_040_000);
         assert!(!sensor.is_due(2_039_999) && sensor.is_due(2_040_000));
         assert_eq!(sensor.counters().failed, 6);
     }

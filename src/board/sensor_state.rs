@@ -1,25 +1,25 @@
-//! How a sensor is, in words and numbers that fit a status message.
+//! The state of a proximity sensor and its counters.
 
 use serde::{Deserialize, Serialize};
 
-/// How one sensor is. Variants are appended, never reordered: they go over the wire.
+/// State of one sensor. Variants are appended, never reordered: they go over the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorState {
-    /// It did not answer three rounds in a row; asked again once a second.
+    /// It did not answer three rounds in a row; probed once per second.
     Missing,
-    /// It answers, and has not earned trust yet, or has not been asked.
+    /// It answers and is not trusted yet, or was not read yet.
     #[default]
     NoData,
     /// Its register is full: something touches the hull.
     TooClose,
-    /// It sees nothing in range.
+    /// Nothing is in range.
     Nothing,
-    /// It sees something.
+    /// Something is in range.
     Good,
-    /// Its last value is too old, or has been the same for a second of driving.
+    /// Its last value is too old, or was the same for a second of driving.
     Stale,
-    /// It answers, and not as a sensor should.
+    /// It answers, but its readings are unusable.
     Faulty(SensorFault),
 }
 
@@ -35,26 +35,25 @@ impl SensorState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorFault {
-    /// Another part answers at its address; asked again once a second.
+    /// Another part answers at its address; probed once per second.
     WrongIdentity,
-    /// Its samples are no measurements.
+    /// Its samples cannot be measurements.
     Garbage,
-    /// Ambient light blinds it.
+    /// Ambient light saturates it.
     Dazzled,
 }
 
-/// What happened to one sensor since the start; each stops at its highest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+/// Counters of one sensor since the start; each stops at its highest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SensorCounters {
-    /// Readings credited to it.
+    /// Readings that were taken.
     pub readings: u32,
-    /// Rounds that wanted it and ended with an error, unsuccessful probes included.
+    /// Rounds that ended without an answer of a due sensor, failed probes included.
     pub failed: u16,
-    /// Times that it was found to have forgotten its configuration.
+    /// Configurations lost to a reset of the sensor.
     pub resets: u16,
-    /// Answers thrown away because the multiplexer named another channel.
+    /// Answers discarded because the multiplexer named another channel.
     pub discarded_for_mux: u16,
-    /// Readings that changed while they were read, and were read anew.
+    /// Readings that changed while they were read, and were read again.
     pub torn: u16,
 }

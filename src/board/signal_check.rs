@@ -1,9 +1,9 @@
-//! Whether one sensor's raw samples can be what a live sensor measures.
+//! Checks whether the raw samples of one sensor can be measurements.
 //!
-//! Two watches, of integers only, fed with raw samples of 16 bits at 125 Hz. Neither
-//! changes a sample; a single spike goes through, for whoever filters.
+//! Two checks in integers, on raw samples of 16 bits at 125 Hz. Neither changes a sample;
+//! a single spike passes.
 //!
-//! **Stuck.** A live sensor is noisy. With a standard deviation of one count, the
+//! **Stuck.** A working sensor is noisy. With a standard deviation of one count, the
 //! smallest seen on the robot is 2, and a mean on a count's centre, two samples are
 //! equal with a probability below p = 0.39 (the central cell holds 0.383 of the normal
 //! distribution and two samples agree with the sum of the cells' squares, 0.27; more
@@ -11,43 +11,43 @@
 //! probability below p^124 = 2e-51; ten hours have 4.5 million samples. A full register
 //! is no fault: something touches the hull.
 //!
-//! **Garbage.** A surface that a robot drives past makes slopes, not teeth. A sample is
-//! an error when it is a tooth, beyond both neighbours in the same direction by more
-//! than noise and nearness explain, or lies so far below the offset as no sensor does.
-//! A tooth right after an error is none: the valley between two spikes is sound. What is
-//! watched is the density of errors, forgotten with a time constant of 64 samples. Of
-//! uniform random samples some 0.31 are errors; over 250 samples the density always
-//! rises above 0.248 (20 000 sequences), while up to three random spikes in each 15
-//! samples, the most that a filter over such a step bears, never take it above 0.228
-//! (18 million samples).
+//! **Garbage.** A surface that the robot drives past makes slopes, not spikes. A sample is
+//! an error if it is a spike, beyond both neighbours in the same direction by more than
+//! noise and proximity explain, or lies farther below the offset than in any sensor. A
+//! spike right after an error does not count: the valley between two spikes is sound. The
+//! density of errors decides, forgotten with a time constant of 64 samples. Of uniform
+//! random samples about 0.31 are errors; over 250 samples the density always rises above
+//! 0.248 (20 000 sequences). Up to three random spikes in each 15 samples, the most that
+//! the median over such a step bears, never raise it above 0.228 (18 million samples).
 
 /// Equal samples in a row, of a moving robot, that show a stuck sensor: one second.
 pub const STUCK_AFTER: u8 = 125;
 
-/// A tooth stands out by more than this, counts: ten standard deviations of the noise.
+/// A spike exceeds its neighbours by more than this, counts: ten standard deviations of
+/// the noise.
 const SPIKE: i32 = 50;
 
-/// A sample lies far below the offset when by more than this, counts. Healthy offsets
-/// lie down to 1500, 950 below the default of 2450.
+/// A sample farther below the offset than this is an error, counts. Sound offsets lie
+/// down to 1500, 950 below the default of 2450.
 const FAR_BELOW: i32 = 1_000;
 
 /// Shift of the density's time constant: 64 samples, half a second. With 32 a run of
 /// spikes takes the density to 0.264; with 128 garbage is not found within two seconds.
 const MEMORY_SHIFT: u32 = 6;
 
-/// All of the density.
+/// A density of 1.
 const ONE: u16 = 1 << 15;
 
 /// Errors per sample above which a sensor is garbage: 0.236, between the two.
 const GARBAGE_ABOVE: u16 = 7_733;
 
-/// Errors per sample below which it is none any more: 0.15.
-const GARBAGE_ENDS_BELOW: u16 = 4_915;
+/// Errors per sample below which it is sound again: 0.15.
+const SOUND_BELOW: u16 = 4_915;
 
-/// Ambient light that blinds the proximity measurement, counts: 10 klx at 0.25 lx each.
+/// Ambient light that saturates the proximity measurement, counts: 10 klx at 0.25 lx each.
 pub const AMBIENT_SATURATION: u16 = 40_000;
 
-/// What the last samples of one sensor look like.
+/// State of the checks of one sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct SignalCheck {
     last: Option<u16>,
@@ -60,7 +60,7 @@ pub struct SignalCheck {
 }
 
 impl SignalCheck {
-    /// Nothing seen, nothing suspected.
+    /// No sample yet, no fault.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -75,8 +75,8 @@ impl SignalCheck {
 
     /// Takes the next raw sample of a sensor with this offset.
     ///
-    /// While the robot stands, equal samples say nothing and are not counted; a
-    /// different one still ends a run.
+    /// While the robot stands, equal samples are not counted; a different one still ends
+    /// a run.
     pub fn take(&mut self, raw: u16, offset: u16, moving: bool) {
         self.check_run(raw, moving);
         self.check_spike(raw, offset);
@@ -92,7 +92,7 @@ impl SignalCheck {
         }
     }
 
-    /// The error of a tooth is seen one sample late, at the neighbour after it.
+    /// A spike is detected one sample late, at the neighbour after it.
     fn check_spike(&mut self, raw: u16, offset: u16) {
         let offset = i32::from(offset);
         let is_spike = match (self.before, self.last) {
@@ -115,7 +115,7 @@ impl SignalCheck {
         }
         if self.errors > GARBAGE_ABOVE {
             self.garbage = true;
-        } else if self.errors < GARBAGE_ENDS_BELOW {
+        } else if self.errors < SOUND_BELOW {
             self.garbage = false;
         }
     }
@@ -126,7 +126,7 @@ impl SignalCheck {
         self.equal >= STUCK_AFTER
     }
 
-    /// Whether the samples are no measurements.
+    /// Whether the samples cannot be measurements.
     #[must_use]
     pub const fn is_garbage(&self) -> bool {
         self.garbage
@@ -139,7 +139,7 @@ impl Default for SignalCheck {
     }
 }
 
-/// Whether this much ambient light blinds the proximity measurement.
+/// Whether this much ambient light saturates the proximity measurement.
 #[must_use]
 pub const fn is_ambient_saturated(ambient: u16) -> bool {
     ambient >= AMBIENT_SATURATION
@@ -180,7 +180,7 @@ mod tests {
             check.take(2_470, OFFSET, false);
         }
         assert!(!check.is_stuck());
-        // It drives off: one second later the sensor is found out.
+        // It drives off: one second later the sensor is stuck.
         for _ in 0..124 {
             check.take(2_470, OFFSET, true);
         }
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn driving_past_a_corner_is_no_tooth() {
+    fn driving_past_a_corner_is_no_spike() {
         // 2340 counts at 20 mm, at 500 mm/s: toward a wall and away from it again.
         let mut check = SignalCheck::new();
         for _ in 0..1_000 {
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn f12_ten_kilolux_dazzle() {
+    fn f12_ten_kilolux_saturate() {
         assert!(is_ambient_saturated(AMBIENT_SATURATION) && is_ambient_saturated(u16::MAX));
         assert!(!is_ambient_saturated(AMBIENT_SATURATION - 1));
     }

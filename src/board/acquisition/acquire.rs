@@ -1,71 +1,48 @@
 //! From bus transactions and CAN frames to the node's inputs.
 
-use crate::board::acquisition::{AMIRO_CONNECTIONS, Bus, ProximityRing};
+use super::bus_status::{BusStatus, Requester};
+use super::update_clock::UpdateClock;
+use super::{AMIRO_CONNECTIONS, Bus, ProximityRing, ROUND_US};
 use crate::board::calibration::OffsetMeasurement;
 use crate::board::can::{CanFrame, CanMessage, RingSchedule, proximity_ring};
-use crate::board::health::{BusHealth, BusState, CanHealth, SensorHealth};
+use crate::board::health::{BusHealth, CanHealth, SensorHealth};
 use crate::board::i2c::{BusFault, BusTransaction};
+use crate::board::offset_store::OffsetStore;
 use crate::board::offsets::{OffsetOrigin, Offsets};
 use crate::event::OffsetReport;
 use crate::geometry::Pose;
 use crate::input::Input;
 use crate::sensor::{SENSORS, Sample, SensorMask};
 
-use super::ROUND_US;
-use super::update_clock::UpdateClock;
-use crate::board::offset_store::OffsetStore;
-
 /// The two I2C buses, in the order of their numbers.
 pub const BUSES: [Bus; 2] = [Bus::I2c1, Bus::I2c2];
 
-/// The bus that the memory of the offsets is on.
+/// The bus of the EEPROM.
 const STORE_BUS: Bus = Bus::I2c2;
 
-/// A robot whose odometry changed so long ago is still taken to be moving: three frames.
+/// The robot counts as moving for this long after its odometry changed: three frames.
 const MOVING_FOR_US: u64 = 200_000;
 
-/// Transactions in a row that fail before a bus is said to fail.
-const FAILING_AFTER: u8 = 3;
-
-/// What a frame of the robot's bus means to the rest of the board.
+/// What the board does with a frame of the CAN bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CanAction {
-    /// An input for the node.
+    /// The node takes an input.
     Input(Input),
-    /// The robot is to be switched off.
+    /// The robot shuts down.
     Shutdown,
-    /// Nothing, or nothing to anybody else.
+    /// Nothing.
     Nothing,
 }
 
-/// Who asked for the transaction that is under way on a bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Requester {
-    #[default]
-    None,
-    Ring,
-    Store,
-}
-
-/// What is known of one bus.
-#[derive(Clone, Copy, Debug, Default)]
-struct BusStatus {
-    asker: Requester,
-    has_worked: bool,
-    held_low: bool,
-    failures_in_a_row: u8,
-    failed: u16,
-}
-
-/// The robot's own senses.
-#[derive(Clone, Debug)]
+/// The acquisition of all inputs of the robot; see the [module](super).
+#[derive(Clone, Debug, Default)]
 pub struct Acquisition {
     ring: ProximityRing,
     store: OffsetStore,
     bus_status: [BusStatus; 2],
     /// When the next round begins.
     next_round_us: u64,
-    /// A round is under way and its samples were not given yet.
+    /// A round has begun and its samples were not given yet.
     is_round_pending: bool,
     /// A sensor has delivered since the start.
     has_delivered: bool,
@@ -80,26 +57,11 @@ pub struct Acquisition {
 }
 
 impl Acquisition {
-    /// Acquisition of which nothing is known yet; the first round begins at once, after the
-    /// stored offsets were asked for.
+    /// The acquisition before its first transaction. The stored offsets are read first,
+    /// then the first round begins.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            ring: ProximityRing::new(),
-            store: OffsetStore::new(),
-            bus_status: [BusStatus::default(); 2],
-            next_round_us: 0,
-            is_round_pending: false,
-            has_delivered: false,
-            measurement: None,
-            offsets: OffsetReport::default(),
-            are_offsets_new: false,
-            schedule: RingSchedule::default(),
-            updates: UpdateClock::default(),
-            last_pose: None,
-            moved_us: None,
-            can: CanHealth::default(),
-        }
+        Self::default()
     }
 
     fn status_mut(&mut self, bus: Bus) -> &mut BusStatus {
@@ -111,29 +73,29 @@ impl Acquisition {
     }
 
     /// The transaction to execute now on a bus; `None` if there is none, or if the one
-    /// before has not been answered. Some hundred instructions.
+    /// before has no result yet. About a hundred instructions.
     pub fn next(&mut self, bus: Bus, now_us: u64) -> Option<BusTransaction> {
-        if self.status_mut(bus).asker != Requester::None {
+        if self.status_mut(bus).requester != Requester::None {
             return None;
         }
-        let (asker, transaction) = match self.ring.bus_mut(bus).next(now_us) {
+        let (requester, transaction) = match self.ring.bus_mut(bus).next(now_us) {
             Some(transaction) => (Requester::Ring, transaction),
             None if bus == STORE_BUS => (Requester::Store, self.store.next(now_us)?),
             None => return None,
         };
-        self.status_mut(bus).asker = asker;
+        self.status_mut(bus).requester = requester;
         Some(transaction)
     }
 
-    /// Takes the result of the transaction before on a bus. Some hundred instructions.
+    /// Takes the result of the transaction before on a bus. About a hundred instructions.
     pub fn answer(&mut self, bus: Bus, now_us: u64, result: Result<&[u8], BusFault>) {
-        match core::mem::take(&mut self.status_mut(bus).asker) {
+        match core::mem::take(&mut self.status_mut(bus).requester) {
             Requester::None => {}
             Requester::Ring => {
-                self.status_mut(bus).take(result.err());
+                self.status_mut(bus).on_result(result.err());
                 self.ring.bus_mut(bus).answer(now_us, result);
             }
-            // A memory that is writing answers to nobody: nothing is wrong with the bus.
+            // An EEPROM that is writing does not answer: the bus is all right.
             Requester::Store => {
                 self.store.answer(now_us, result);
                 self.take_stored();
@@ -141,11 +103,11 @@ impl Acquisition {
         }
     }
 
-    /// Looks after time, every millisecond or more often: begins rounds, and gives the
-    /// samples of each when it is over.
+    /// Begins rounds in their time and gives the samples of each when it is over. To be
+    /// called at least every millisecond.
     ///
     /// Nothing is given until a sensor has delivered for the first time. From then on a
-    /// round in which none did is given as well: the node is to know that all are dead.
+    /// round without any sample is given as well, so that the node learns of it.
     pub fn poll(&mut self, now_us: u64) -> Option<Input> {
         let is_over = BUSES.iter().all(|bus| self.ring.bus_mut(*bus).is_idle());
         let input = if self.is_round_pending && is_over {
@@ -154,7 +116,7 @@ impl Acquisition {
             None
         };
         if now_us >= self.next_round_us {
-            // A round that is still busy is counted by its branch and goes on.
+            // A round that is still busy is counted by its bus and goes on.
             let moving = self.is_moving(now_us);
             for bus in BUSES {
                 self.ring.bus_mut(bus).begin_round(now_us, moving);
@@ -177,7 +139,7 @@ impl Acquisition {
         })
     }
 
-    /// Takes a frame of the robot's bus.
+    /// Takes a frame of the CAN bus.
     pub fn take_frame(&mut self, now_us: u64, frame: &CanFrame) -> CanAction {
         let Ok(message) = CanMessage::decode(frame) else {
             self.can.ignored = self.can.ignored.saturating_add(1);
@@ -204,7 +166,7 @@ impl Acquisition {
         }
     }
 
-    /// The frame to send now on the robot's bus: the ring's, as AMiRo-OS sends them.
+    /// The frame to send now on the CAN bus: the ring's, as AMiRo-OS sends them.
     pub fn frame_due(&mut self, now_us: u64) -> Option<CanFrame> {
         if !self.schedule.may_be_due(now_us) {
             return None;
@@ -224,14 +186,15 @@ impl Acquisition {
             .is_some_and(|moved_us| now_us.saturating_sub(moved_us) <= MOVING_FOR_US)
     }
 
-    /// Begins to measure the offsets; one that is under way goes on.
+    /// Begins to measure the offsets; a measurement that is under way goes on.
     pub fn calibrate(&mut self) {
         if self.measurement.is_none() {
             self.measurement = Some(OffsetMeasurement::new(&self.offsets.offsets));
         }
     }
 
-    /// After a round: one more reading for each sensor, and the end if it was the last.
+    /// Adds the readings of a round to a measurement of the offsets and ends it after the
+    /// last round.
     fn measure_offsets(&mut self, now_us: u64) {
         let Some(measurement) = &mut self.measurement else {
             return;
@@ -248,7 +211,7 @@ impl Acquisition {
         self.are_offsets_new = true;
     }
 
-    /// After a transaction of the store: what it read, once it is known.
+    /// Takes what the store has read, once it has.
     fn take_stored(&mut self) {
         let Some(stored) = self.store.take_read() else {
             return;
@@ -270,7 +233,7 @@ impl Acquisition {
         core::mem::take(&mut self.are_offsets_new).then_some(self.offsets)
     }
 
-    /// The ring, for looking at it.
+    /// The sensor ring.
     #[must_use]
     pub const fn ring(&self) -> &ProximityRing {
         &self.ring
@@ -282,11 +245,11 @@ impl Acquisition {
         self.offsets.offsets.origin
     }
 
-    /// How each sensor is.
+    /// Health of each sensor.
     #[must_use]
     pub fn sensors(&self, now_us: u64) -> [SensorHealth; SENSORS] {
-        AMIRO_CONNECTIONS.map(|place| {
-            let sensor = self.ring.sensor(place);
+        AMIRO_CONNECTIONS.map(|at| {
+            let sensor = self.ring.sensor(at);
             let age_ms = sensor
                 .age_us(now_us)
                 .map_or(u64::MAX, |age_us| age_us / 1_000);
@@ -298,52 +261,15 @@ impl Acquisition {
         })
     }
 
-    /// How each bus is, apart from its recoveries, which its master counts.
+    /// Health of each bus without its recoveries, which its master counts.
     #[must_use]
     pub fn buses(&self) -> [BusHealth; 2] {
-        self.bus_status.map(|line| line.health())
+        self.bus_status.map(|status| status.health())
     }
 
-    /// How many frames were understood, and how many were not.
+    /// Frames of the CAN bus that were taken and ignored.
     #[must_use]
     pub const fn can(&self) -> CanHealth {
         self.can
-    }
-}
-
-impl Default for Acquisition {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl BusStatus {
-    fn take(&mut self, fault: Option<BusFault>) {
-        let Some(fault) = fault else {
-            self.has_worked = true;
-            self.held_low = false;
-            self.failures_in_a_row = 0;
-            return;
-        };
-        self.held_low = fault == BusFault::HeldLow;
-        self.failures_in_a_row = self.failures_in_a_row.saturating_add(1);
-        self.failed = self.failed.saturating_add(1);
-    }
-
-    fn health(&self) -> BusHealth {
-        let state = if self.held_low {
-            BusState::HeldLow
-        } else if !self.has_worked {
-            BusState::Silent
-        } else if self.failures_in_a_row >= FAILING_AFTER {
-            BusState::Failing
-        } else {
-            BusState::Working
-        };
-        BusHealth {
-            state,
-            failed: self.failed,
-            recoveries: 0,
-        }
     }
 }

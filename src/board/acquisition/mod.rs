@@ -6,6 +6,7 @@
 //! move the frames, in a simulation a loop does.
 
 mod acquire;
+mod bus_status;
 mod proximity_ring;
 mod update_clock;
 

@@ -1,8 +1,7 @@
 //! The AMiRo's ring of eight proximity sensors on two buses.
 //!
-//! Each bus has a multiplexer and four sensors; [`AMIRO_CONNECTIONS`] says which is which.
-//! What executes transactions takes those of each bus from its [`MuxedBus`], by
-//! [`ProximityRing::bus_mut`].
+//! Each bus has a multiplexer and four sensors, see [`AMIRO_CONNECTIONS`]. The
+//! transactions of each bus come from its [`MuxedBus`], see [`ProximityRing::bus_mut`].
 //!
 //! # Example
 //!
@@ -16,11 +15,11 @@
 //! for round in 0..3 {
 //!     let now_us = round * 8_000;
 //!     for bus in [Bus::I2c1, Bus::I2c2] {
-//!         let branch = ring.bus_mut(bus);
-//!         branch.begin_round(now_us, false);
-//!         while let Some(_transaction) = branch.next(now_us) {
-//!             // A bus that no part is connected to.
-//!             branch.answer(now_us, Err(BusFault::NoSuchPart));
+//!         let muxed = ring.bus_mut(bus);
+//!         muxed.begin_round(now_us, false);
+//!         while let Some(_transaction) = muxed.next(now_us) {
+//!             // No part is connected to the bus.
+//!             muxed.answer(now_us, Err(BusFault::NoSuchPart));
 //!         }
 //!     }
 //! }
@@ -33,9 +32,9 @@ use pca9544a::Channel;
 use crate::board::i2c::muxed_bus::{MuxedBus, MuxedBusCounters};
 use crate::board::proximity_sensor::ProximitySensor;
 use crate::board::sensor_state::{SensorCounters, SensorState};
-use crate::sensor::{SENSORS, Sample, SensorMask};
+use crate::sensor::{SENSORS, Sample};
 
-/// One of the two buses.
+/// One of the two I2C buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Bus {
@@ -63,9 +62,9 @@ impl SensorConnection {
 
 /// Where each sensor of the AMiRo is connected, by its index on the ring.
 ///
-/// The index runs clockwise from back left, see [`Ring::AMIRO`](crate::sensor::Ring).
-/// As two generations of AMiRo-OS have it; a robot whose buses were swapped in its
-/// wiring cannot be told from the buses, only by a hand in front of a sensor.
+/// The index runs clockwise from back left, see [`Ring::AMIRO`](crate::sensor::Ring). Two
+/// generations of AMiRo-OS agree on this table. A robot with swapped buses shows only when
+/// a hand is held in front of a sensor.
 pub const AMIRO_CONNECTIONS: [SensorConnection; SENSORS] = [
     SensorConnection::on(Bus::I2c1, Channel::One),
     SensorConnection::on(Bus::I2c1, Channel::Three),
@@ -85,28 +84,16 @@ pub struct ProximityRing {
 }
 
 impl ProximityRing {
-    /// The whole ring, of which nothing is known yet.
+    /// The whole ring before its first round.
     #[must_use]
     pub fn new() -> Self {
-        Self::with(SensorMask::ALL)
-    }
-
-    /// A ring of which only these sensors are spoken to; the others have no data.
-    #[must_use]
-    pub fn with(in_use: SensorMask) -> Self {
-        let mut ring = Self {
-            first: MuxedBus::new(&[]),
-            second: MuxedBus::new(&[]),
-        };
-        for (index, connection) in AMIRO_CONNECTIONS.into_iter().enumerate() {
-            if in_use.contains(index) {
-                ring.bus_mut(connection.bus).add(connection.channel);
-            }
+        Self {
+            first: MuxedBus::new(),
+            second: MuxedBus::new(),
         }
-        ring
     }
 
-    /// A bus's sequencer, for what executes its transactions.
+    /// The sequence of a bus, for what executes its transactions.
     pub fn bus_mut(&mut self, bus: Bus) -> &mut MuxedBus {
         match bus {
             Bus::I2c1 => &mut self.first,
@@ -114,7 +101,7 @@ impl ProximityRing {
         }
     }
 
-    const fn branch(&self, bus: Bus) -> &MuxedBus {
+    const fn bus(&self, bus: Bus) -> &MuxedBus {
         match bus {
             Bus::I2c1 => &self.first,
             Bus::I2c2 => &self.second,
@@ -124,67 +111,56 @@ impl ProximityRing {
     /// The sensor at a connection.
     #[must_use]
     pub const fn sensor(&self, connection: SensorConnection) -> &ProximitySensor {
-        self.branch(connection.bus).sensor(connection.channel)
+        self.bus(connection.bus).sensor(connection.channel)
     }
 
     /// Sets each sensor's offset, raw counts with nothing in range.
     pub fn set_offsets(&mut self, offsets: [u16; SENSORS]) {
-        for (connection, offset) in AMIRO_CONNECTIONS.into_iter().zip(offsets) {
-            self.bus_mut(connection.bus)
-                .sensor_mut(connection.channel)
-                .offset = offset;
+        for (at, offset) in AMIRO_CONNECTIONS.into_iter().zip(offsets) {
+            self.bus_mut(at.bus).sensor_mut(at.channel).offset = offset;
         }
     }
 
-    /// Sets how many counts above the offset mean that there is something; 24 until
-    /// then. It names a state and changes no value.
-    pub fn set_least_counts(&mut self, least_counts: u16) {
-        for connection in AMIRO_CONNECTIONS {
-            let sensor = self.bus_mut(connection.bus).sensor_mut(connection.channel);
-            sensor.least_counts = least_counts;
-        }
-    }
-
-    /// What each sensor delivers now: counts above its offset, or why not.
+    /// Each sensor's sample now: counts above its offset, saturated or missing.
     #[must_use]
     pub fn samples(&self, now_us: u64) -> [Sample; SENSORS] {
-        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).sample(now_us))
+        AMIRO_CONNECTIONS.map(|at| self.sensor(at).sample(now_us))
     }
 
-    /// How each sensor is now.
+    /// Each sensor's state now.
     #[must_use]
     pub fn states(&self, now_us: u64) -> [SensorState; SENSORS] {
-        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).state(now_us))
+        AMIRO_CONNECTIONS.map(|at| self.sensor(at).state(now_us))
     }
 
     /// The last raw value of sensor `index`, whatever its age and state; `None` if it
-    /// has none or the ring no such sensor.
+    /// has none or the ring has no such sensor.
     #[must_use]
     pub fn raw(&self, index: usize) -> Option<u16> {
-        let connection = AMIRO_CONNECTIONS.get(index)?;
-        self.sensor(*connection).raw()
+        let at = AMIRO_CONNECTIONS.get(index)?;
+        self.sensor(*at).raw()
     }
 
     /// The raw values of the sensors that are trusted now, for
     /// [`OffsetMeasurement`](crate::board::calibration::OffsetMeasurement).
     #[must_use]
     pub fn trusted_raw(&self, now_us: u64) -> [Option<u16>; SENSORS] {
-        AMIRO_CONNECTIONS.map(|connection| {
-            let sensor = self.sensor(connection);
+        AMIRO_CONNECTIONS.map(|at| {
+            let sensor = self.sensor(at);
             sensor.raw().filter(|_| sensor.state(now_us).is_trusted())
         })
     }
 
-    /// What happened to each sensor since the start.
+    /// Each sensor's counters since the start.
     #[must_use]
     pub fn counters(&self) -> [SensorCounters; SENSORS] {
-        AMIRO_CONNECTIONS.map(|connection| self.sensor(connection).counters())
+        AMIRO_CONNECTIONS.map(|at| self.sensor(at).counters())
     }
 
-    /// What happened on a bus since the start.
+    /// A bus's counters since the start.
     #[must_use]
     pub const fn bus_counters(&self, bus: Bus) -> MuxedBusCounters {
-        self.branch(bus).counters()
+        self.bus(bus).counters()
     }
 }
 
@@ -199,12 +175,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_place_has_two_sensors() {
-        for (index, connection) in AMIRO_CONNECTIONS.iter().enumerate() {
-            assert!(
-                !AMIRO_CONNECTIONS[..index].contains(connection),
-                "{connection:?}"
-            );
+    fn no_connection_has_two_sensors() {
+        for (index, at) in AMIRO_CONNECTIONS.iter().enumerate() {
+            assert!(!AMIRO_CONNECTIONS[..index].contains(at), "{at:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use pca9544a::Channel;
 
-/// A set of channels, a bit each.
+/// A set of channels, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Channels(u8);
 
@@ -35,31 +35,17 @@ impl Channels {
 mod tests {
     use super::*;
 
-    fn set(channels: &[Channel]) -> Channels {
-        let mut set = Channels::NONE;
-        channels.iter().for_each(|channel| set.insert(*channel));
-        set
-    }
-
     #[test]
-    fn a_channel_is_in_the_set_from_its_first_insertion_to_its_first_removal() {
-        for channel in Channel::ALL {
-            let mut one = set(&[channel, channel]);
-            for other in Channel::ALL {
-                assert_eq!(one.contains(other), other == channel, "{other:?}");
-            }
-            one.remove(channel);
-            assert_eq!(one, Channels::NONE);
-            one.remove(channel);
-            assert_eq!(one, Channels::NONE);
+    fn channels_leave_the_set_by_their_number_and_each_once() {
+        let mut some = Channels::NONE;
+        for channel in [Channel::Three, Channel::Zero, Channel::Two, Channel::Three] {
+            some.insert(channel);
         }
-    }
-
-    #[test]
-    fn channels_leave_by_their_number_and_each_once() {
-        let mut some = set(&[Channel::Three, Channel::Zero, Channel::Two]);
+        assert!(some.contains(Channel::Two) && !some.contains(Channel::One));
+        some.remove(Channel::Two);
+        some.remove(Channel::Two);
         let left: Vec<Channel> = core::iter::from_fn(|| some.pop()).collect();
-        assert_eq!(left, [Channel::Zero, Channel::Two, Channel::Three]);
+        assert_eq!(left, [Channel::Zero, Channel::Three]);
         assert_eq!(some, Channels::NONE);
     }
 }

@@ -1,10 +1,7 @@
-//! What happened on one branch, in numbers that fit a status message.
+//! What happened on one multiplexed bus.
 
-use serde::{Deserialize, Serialize};
-
-/// What happened on one branch since the start; each stops at its highest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+/// Counters of one bus since the start; each stops at its highest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MuxedBusCounters {
     /// Rounds begun.
     pub rounds: u32,
@@ -12,8 +9,8 @@ pub struct MuxedBusCounters {
     pub late: u16,
     /// Read-backs that named another channel than they should.
     pub wrong_channel: u16,
-    /// Rounds ended because the multiplexer did not come free of an error.
+    /// Rounds that ended because the multiplexer could not be deselected after an error.
     pub mux_failures: u16,
-    /// Rounds ended because a line was held low or a transaction did not end.
+    /// Rounds that ended because a line was held low or a transaction did not end.
     pub line_failures: u16,
 }

@@ -1,11 +1,12 @@
-//! One I2C bus with a multiplexer and up to four proximity sensors behind it.
+//! Reads four proximity sensors behind the multiplexer of one I2C bus.
 //!
-//! [`MuxedBus`] says which transaction comes next and is told its result; it neither
-//! waits nor knows what executes it. Nothing is believed that the multiplexer does not
-//! vouch for: it is read back after each selection and again after each reading, and a
-//! reading counts only if it named the sensor's channel both times.
+//! [`MuxedBus`] gives the next transaction and takes its result; something else executes
+//! it. The multiplexer is read back after each selection and again after each reading. A
+//! reading counts only if the multiplexer named the sensor's channel both times.
 //!
 //! # A round
+//!
+//! A round reads each sensor once. The readout of a sensor is:
 //!
 //! | step | transaction | clocks |
 //! |---|---|---|
@@ -15,21 +16,22 @@
 //! | read proximity again: another value means that it changed meanwhile | 5 | 48 |
 //! | read the multiplexer back | 2 | 20 |
 //!
-//! 213 clocks a sensor, 852 a round: 2.13 ms at 400 kHz. At 100 kHz it is 8.52 ms, more
-//! than the 8 ms of 125 rounds a second.
+//! 213 clocks per sensor, 852 per round: 2.13 ms at 400 kHz. At 100 kHz it is 8.52 ms, more
+//! than the 8 ms of 125 rounds per second.
 //!
 //! **Torn values.** The part clears its ready bit when either byte of the result is
 //! read, so a result that arrives between the two leaves no trace in it. Equal values
 //! in two reads are whole, whichever update came between; of unequal ones the next read
-//! is, since updates lie 8 ms apart.
+//! is whole, since updates lie 8 ms apart.
 //!
-//! **Second visits.** A sensor that failed, or had nothing new, is visited once more
-//! after the others. A result that comes just after its sensor's visit is so not a
-//! round late. No second visit begins later than [`SECOND_READOUTS_UNTIL_US`].
+//! **Second pass.** A sensor that failed, or had no new result, is read once more after
+//! the others. A result that comes just after its sensor's readout is therefore not a
+//! round late. No readout of the second pass begins later than
+//! [`SECOND_READOUTS_UNTIL_US`].
 //!
-//! **Errors.** After any error the multiplexer's selection is unknown; all channels are
-//! deselected, which is read back, before anything else is said. When that fails the
-//! round is over. When a line is held low or a transaction did not end, it is at once.
+//! **Errors.** After an error the multiplexer's selection is unknown. All channels are
+//! deselected, and that is read back, before anything else happens. If that fails, the
+//! round ends. It ends at once if a line is held low or a transaction did not end.
 
 mod channels;
 mod counters;

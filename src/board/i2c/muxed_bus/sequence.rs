@@ -1,4 +1,4 @@
-//! What is said on one bus, in turn.
+//! The sequence of transactions of a round.
 
 use pca9544a::transactions as mux;
 use pca9544a::{Channel, Selection};
@@ -31,7 +31,7 @@ enum Step {
     ConfirmStill,
 }
 
-/// What a visit brought, as long as the multiplexer did not confirm whose it is.
+/// Result of a readout until the multiplexer has confirmed the channel.
 #[derive(Clone, Copy, Debug)]
 enum ReadoutResult {
     NothingNew,
@@ -43,24 +43,23 @@ enum ReadoutResult {
     WrongIdentity,
 }
 
-/// One bus with its multiplexer and its sensors; see the [module](super).
+/// One bus with its multiplexer and its four sensors; see the [module](super).
 #[derive(Clone, Debug)]
 pub struct MuxedBus {
     sensors: [ProximitySensor; 4],
-    in_use: Channels,
     selection: Selection,
     step: Step,
-    /// The channel that is visited.
+    /// The channel that is read.
     channel: Channel,
     result_so_far: ReadoutResult,
-    /// To be visited in this pass.
+    /// Still to be read in this pass.
     todo: Channels,
-    /// To be visited once more.
+    /// To be read once more.
     again: Channels,
-    /// Not heard of in this round.
+    /// Due in this round and not read yet.
     pending: Channels,
-    /// Had something new in this round. Reading it clears the ready bit, and a second
-    /// visit is still to have it.
+    /// Had a fresh result in this round. Reading it clears the ready bit, and the second
+    /// pass still needs to know.
     fresh: Channels,
     is_second_pass: bool,
     moving: bool,
@@ -69,16 +68,10 @@ pub struct MuxedBus {
 }
 
 impl MuxedBus {
-    /// A branch of which nothing is known, with sensors on these of its channels.
-    #[must_use]
-    pub fn new(in_use: &[Channel]) -> Self {
-        let mut channels = Channels::NONE;
-        for channel in in_use {
-            channels.insert(*channel);
-        }
+    /// A bus in an unknown state.
+    pub(crate) fn new() -> Self {
         Self {
             sensors: [ProximitySensor::new(); 4],
-            in_use: channels,
             selection: Selection::Unknown,
             step: Step::Idle,
             channel: Channel::Zero,
@@ -92,11 +85,6 @@ impl MuxedBus {
             began_us: 0,
             counters: MuxedBusCounters::default(),
         }
-    }
-
-    /// Adds the sensor on a channel to those in use, from the next round on.
-    pub(in crate::board) fn add(&mut self, channel: Channel) {
-        self.in_use.insert(channel);
     }
 
     /// The sensor on a channel.
@@ -128,17 +116,17 @@ impl MuxedBus {
         self.counters
     }
 
-    /// Whether no round is going on.
+    /// Whether no round is in progress.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.step == Step::Idle
     }
 
-    /// Begins a round, every [`ROUND_PERIOD_US`](super::ROUND_PERIOD_US). `moving` says whether the robot
-    /// drives; only then are equal samples suspicious.
+    /// Begins a round, every [`ROUND_PERIOD_US`](super::ROUND_PERIOD_US). `moving` says
+    /// whether the robot drives; only then can equal samples mean a stuck sensor.
     ///
-    /// A round that is still busy goes on; the new one is counted as late and `false`
-    /// is answered.
+    /// Whether it has begun: a round that is still busy goes on, and the new one is
+    /// counted as late.
     pub fn begin_round(&mut self, now_us: u64, moving: bool) -> bool {
         if !self.is_idle() {
             self.counters.late = self.counters.late.saturating_add(1);
@@ -152,7 +140,7 @@ impl MuxedBus {
         self.todo = Channels::NONE;
         self.fresh = Channels::NONE;
         for channel in Channel::ALL {
-            if self.in_use.contains(channel) && self.sensor(channel).is_due(now_us) {
+            if self.sensor(channel).is_due(now_us) {
                 self.todo.insert(channel);
             }
         }
@@ -162,7 +150,7 @@ impl MuxedBus {
     }
 
     /// The transaction to execute now, until [`MuxedBus::answer`] takes its result;
-    /// `None` when the round is over. Some hundred instructions.
+    /// `None` when the round is over. About a hundred instructions.
     pub fn next(&mut self, now_us: u64) -> Option<BusTransaction> {
         let begins = matches!(self.step, Step::Deselect | Step::Select);
         let elapsed_us = now_us.saturating_sub(self.began_us);
@@ -196,7 +184,7 @@ impl MuxedBus {
     }
 
     /// Takes the result of the transaction before: the bytes that were read, or how it
-    /// failed. Without such a transaction nothing happens. Some hundred instructions.
+    /// failed. Without such a transaction nothing happens. About a hundred instructions.
     pub fn answer(&mut self, now_us: u64, result: Result<&[u8], BusFault>) {
         let answer = match (self.step, result) {
             (Step::Idle, _) => return,
@@ -244,7 +232,7 @@ impl MuxedBus {
 
     fn end_round(&mut self, now_us: u64) {
         while let Some(channel) = self.pending.pop() {
-            self.sensor_mut(channel).failed(now_us);
+            self.sensor_mut(channel).on_failure(now_us);
         }
         self.step = Step::Idle;
     }
@@ -350,7 +338,7 @@ impl MuxedBus {
         let channel = self.channel;
         if mux::selection(answer) != Selection::Channel(channel) {
             self.wrong_channel();
-            self.sensor_mut(channel).discarded();
+            self.sensor_mut(channel).count_discarded();
             return self.readout_failed(now_us);
         }
         self.pending.remove(channel);
@@ -359,16 +347,16 @@ impl MuxedBus {
         let is_first_pass = !self.is_second_pass;
         let sensor = self.sensor_mut(channel);
         match result_so_far {
-            ReadoutResult::Configured => sensor.configured(),
-            ReadoutResult::WrongIdentity => sensor.found_wrong_identity(now_us),
+            ReadoutResult::Configured => sensor.on_configured(),
+            ReadoutResult::WrongIdentity => sensor.on_wrong_identity(now_us),
             ReadoutResult::Reading { measurement, torn } => {
                 if torn {
-                    sensor.torn();
+                    sensor.count_torn();
                 }
-                sensor.take(now_us, measurement, moving);
+                sensor.on_reading(now_us, measurement, moving);
             }
             ReadoutResult::NothingNew => {
-                sensor.answered();
+                sensor.on_no_result();
                 if is_first_pass {
                     self.again.insert(channel);
                 }

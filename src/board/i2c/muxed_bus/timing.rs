@@ -5,23 +5,23 @@ use crate::board::i2c::clocks;
 /// Time between two rounds at the sensors' 125 Hz.
 pub const ROUND_PERIOD_US: u64 = 8_000;
 
-/// Second visits begin within this time of their round.
+/// Readouts of the second pass begin within this time of their round.
 ///
-/// At 400 kHz the longest visit takes 0.75 ms, so that the round then ends before the
+/// At 400 kHz the longest readout takes 0.75 ms, so that the round then ends before the
 /// next one begins.
 pub const SECOND_READOUTS_UNTIL_US: u64 = 6_000;
 
-/// Clocks of a visit that reads: selection, read-back, command, results, proximity
+/// Clocks of a usual readout: selection, read-back, command, results, proximity
 /// again, read-back.
 const READING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + clocks(1, 1) + clocks(1, 4) + clocks(1, 2) + clocks(0, 1);
 
-/// Clocks of a visit that finds its sensor reset and configures it.
+/// Clocks of a readout that finds its sensor reset and configures it.
 const CONFIGURING_CLOCKS: u32 =
     clocks(1, 0) + clocks(0, 1) + 2 * clocks(1, 1) + 2 * clocks(2, 0) + clocks(4, 0) + clocks(0, 1);
 
-/// Clocks of the longest visit: selection unknown, and a torn value.
-const LONGEST_VISIT_CLOCKS: u32 = {
+/// Clocks of the longest readout: selection unknown, and a torn value.
+const LONGEST_READOUT_CLOCKS: u32 = {
     let deselection = clocks(1, 0) + clocks(0, 1);
     let torn = READING_CLOCKS + clocks(1, 2);
     let longest = if torn > CONFIGURING_CLOCKS {
@@ -35,15 +35,14 @@ const LONGEST_VISIT_CLOCKS: u32 = {
 /// Clocks of a round in which four sensors deliver.
 pub const USUAL_ROUND_CLOCKS: u32 = 4 * READING_CLOCKS;
 
-/// Clocks of the longest round without second visits: each visit ends with an error.
+/// Clocks of the longest first pass: each readout ends with an error.
 ///
 /// 1204: 12.0 ms at 100 kHz, 3.0 ms at 400 kHz.
-pub const LONGEST_FIRST_PASS_CLOCKS: u32 = 4 * LONGEST_VISIT_CLOCKS;
+pub const LONGEST_FIRST_PASS_CLOCKS: u32 = 4 * LONGEST_READOUT_CLOCKS;
 
-/// The longest that a round holds a bus of this speed, microseconds, rounded up.
+/// Longest time that a round holds a bus of this speed, microseconds, rounded up.
 ///
-/// 6.02 ms at 400 kHz, 12.04 ms at 100 kHz; what executes the transactions adds its own
-/// time between them.
+/// 6.02 ms at 400 kHz, 12.04 ms at 100 kHz; the time between transactions comes on top.
 #[must_use]
 pub const fn longest_round_us(bus_hz: u32) -> u64 {
     let first_us = time_us(LONGEST_FIRST_PASS_CLOCKS, bus_hz);
@@ -51,11 +50,11 @@ pub const fn longest_round_us(bus_hz: u32) -> u64 {
         return first_us;
     }
     let all_us = time_us(2 * LONGEST_FIRST_PASS_CLOCKS, bus_hz);
-    let last_us = SECOND_READOUTS_UNTIL_US + time_us(LONGEST_VISIT_CLOCKS, bus_hz);
+    let last_us = SECOND_READOUTS_UNTIL_US + time_us(LONGEST_READOUT_CLOCKS, bus_hz);
     if all_us < last_us { all_us } else { last_us }
 }
 
-/// Time of so many clocks, microseconds, rounded up; a bus of 0 Hz counts as 1 Hz.
+/// Duration of a number of clocks, microseconds, rounded up; a bus of 0 Hz counts as 1 Hz.
 const fn time_us(clocks: u32, bus_hz: u32) -> u64 {
     let hz = if bus_hz == 0 { 1 } else { bus_hz };
     (clocks as u64 * 1_000_000).div_ceil(hz as u64)
@@ -76,15 +75,15 @@ mod tests {
     #[test]
     fn the_longest_round_is_bounded_at_every_speed_of_the_bus() {
         for (bus_hz, longest_us) in [
-            // Twice 1204 clocks, all before second visits are over.
+            // Twice 1204 clocks, all before the second pass is over.
             (1_000_000, 2_408),
             (400_000, 6_020),
             // Begun just before 6 ms, and 301 clocks more.
             (300_000, 6_000 + 1_004),
-            // 1204 clocks take 6 ms to the microsecond: no second visit begins.
+            // 1204 clocks take 6 ms to the microsecond: no second readout begins.
             (200_667, 6_000),
             (100_000, 12_040),
-            // No bus is that slow; nothing is divided by zero.
+            // No division by zero.
             (0, 1_204_000_000),
         ] {
             assert_eq!(longest_round_us(bus_hz), longest_us, "{bus_hz} Hz");
