@@ -364,7 +364,7 @@ fn f03_a_part_that_holds_sda_at_any_byte_is_clocked_free() {
                 let by_hand_ns = 2500 * u64::from(bench.unit.borrow().half_clocks);
                 let ended_ns = bench.now_ns() - bench.unit.borrow().struck_ns;
                 longest_ns = longest_ns.max(ended_ns - by_hand_ns);
-                assert!(!bench.master.is_dead(), "{story}");
+                assert!(!bench.master.is_held_low(), "{story}");
                 part.take_seen();
                 let result = bench.run(&transaction(write, read));
                 assert_eq!(result, Ok(answer(read)), "after {story}");
@@ -386,7 +386,7 @@ fn f03_the_start_frees_a_bus_that_a_reset_left_in_mid_byte() {
     for clocks in 1..=9 {
         let part = Part::at(ADDRESS);
         let mut bench = Bench::after(part, 5, |unit| unit.data_held = clocks);
-        assert!(!bench.master.is_dead(), "{clocks} clocks");
+        assert!(!bench.master.is_held_low(), "{clocks} clocks");
         assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
         assert_eq!(*bench.master.counters(), i2c::MasterCounters::default());
     }
@@ -412,7 +412,7 @@ fn attempts_ms(bench: &mut Bench, end_ms: u64) -> Vec<u64> {
 fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
     let part = Part::at(ADDRESS);
     let mut bench = Bench::after(part.clone(), 6, |unit| unit.data_held = FOR_EVER);
-    assert!(bench.master.is_dead());
+    assert!(bench.master.is_held_low());
     let attempts = attempts_ms(&mut bench, 4_000);
     let waits: Vec<u64> = [0]
         .iter()
@@ -433,7 +433,7 @@ fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
     // Let go, it is found alive by itself; the next fault begins with the short wait.
     bench.unit.borrow_mut().data_held = 0;
     attempts_ms(&mut bench, 5_500);
-    assert!(!bench.master.is_dead());
+    assert!(!bench.master.is_held_low());
     assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
     bench.unit.borrow_mut().data_held = FOR_EVER;
     assert_eq!(bench.run(&transaction(1, 4)), Err(BusFault::HeldLow));
@@ -476,7 +476,7 @@ fn f04_scl_held_low_at_any_byte_makes_the_bus_dead_within_a_millisecond() {
             assert!(ended_ns <= DETECT_NS, "{story}: {ended_ns} ns");
             let half_clocks = bench.unit.borrow().half_clocks - half_clocks;
             assert!(half_clocks <= RECOVERY_HALF_CLOCKS, "{story}");
-            assert!(bench.master.is_dead(), "{story}");
+            assert!(bench.master.is_held_low(), "{story}");
             assert_eq!(bench.master.counters().overdue, 1, "{story}");
             // Let go, it is back after the first wait.
             bench.unit.borrow_mut().clock_held = false;

@@ -316,7 +316,7 @@ mod tests {
         let near = TABLE.map(|offset| offset + 41);
         let refused = [Err(OffsetRefusal::AboveStored(41)); SENSORS];
         assert_eq!(measured(&STORED, near).results(), refused);
-        // Without stored offsets nothing tells it from a robot of high offsets.
+        // Without stored offsets it looks like a robot of high offsets.
         assert!(measured(&Offsets::DEFAULTS, near).offsets().is_some());
         let within = TABLE.map(|offset| offset + 40);
         assert!(measured(&STORED, within).offsets().is_some());

@@ -188,7 +188,7 @@ impl Sampler {
 /// A bus's health from the acquisition, with its master's state.
 fn bus_health<R: I2cRegisters>(known: BusHealth, master: &I2cMaster<R>) -> BusHealth {
     BusHealth {
-        state: if master.is_dead() {
+        state: if master.is_held_low() {
             BusState::HeldLow
         } else {
             known.state

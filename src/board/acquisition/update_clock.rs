@@ -1,28 +1,28 @@
-//! When the pose in a frame was reckoned: a clock that nobody sends.
+//! Estimates when the pose in an odometry frame was computed; frames carry no stamp.
 //!
-//! The wheels' board reckons every 50 ms and sends at another rhythm, so that a pose is
-//! anything from 0 to 50 ms old when it comes. But between two frames lie one or two
-//! updates, and a robot that drives gets twice as far in two. A way that is twice those
-//! before and after it had two updates in its time, of which the first came right after
-//! the frame before: that tells when updates are, to what the frames' distance is longer
-//! than 50 ms. From then on whole periods are newest_update, and every frame that an update
-//! may just have made, or just missed, makes the clock more exact.
+//! The DiWheelDrive updates its odometry every 50 ms and sends it with another period, so
+//! that a received pose is 0 to 50 ms old. One or two updates lie between two frames, and
+//! a driving robot covers twice the distance in two. If the distance is twice those before
+//! and after it, two updates lie in that interval, the first of them right after the frame
+//! before. This gives the time of an update, as exact as the interval exceeds 50 ms. From
+//! then on whole periods are counted, and every frame close to an update makes the
+//! estimate more exact.
 
 use crate::geometry::Pose;
 
 /// Time between two updates.
 const PERIOD_US: u64 = 50_000;
 
-/// Age of the odometry in a frame as long as nothing better is known: the mean.
+/// Age of the odometry in a frame before there is an estimate: the mean.
 pub const ODOMETRY_AGE_US: u64 = 25_000;
 
-/// Ways below this say nothing, metres: six of the message's steps of 256 um.
+/// Distances below this are not used, metres: six of the message's steps of 256 um.
 const MIN_DISTANCE_M: f32 = 0.0015;
 
-/// The clocks of two boards run apart by less than one part in this.
+/// The clocks of two boards differ by less than one part in this.
 const DRIFT: u64 = 10_000;
 
-/// One frame and the way to it.
+/// One frame and the distance to it.
 #[derive(Clone, Copy, Debug)]
 struct ReceivedFrame {
     at_us: u64,
@@ -43,7 +43,7 @@ impl UpdateWindow {
         self.low_us + (self.high_us - self.low_us) / 2
     }
 
-    /// The same by whole periods earlier or later, its beginning the last up to `at_us`.
+    /// Shifted by whole periods so that it begins as late as possible up to `at_us`.
     const fn shifted_to(self, at_us: u64) -> Self {
         let since_us = if at_us >= self.low_us {
             (at_us - self.low_us) % PERIOD_US
@@ -57,7 +57,7 @@ impl UpdateWindow {
         }
     }
 
-    /// Wider by what two clocks run apart in a time; `None` if it says nothing any more.
+    /// Widened by the drift of two clocks in a time; `None` if it spans a period.
     fn widened(self, by_us: u64) -> Option<Self> {
         let widened = Self {
             low_us: self.low_us.saturating_sub(by_us / DRIFT),
@@ -66,7 +66,7 @@ impl UpdateWindow {
         (widened.high_us - widened.low_us < PERIOD_US).then_some(widened)
     }
 
-    /// What both say of an update, up to whole periods; `None` if they contradict.
+    /// The intersection of both, up to whole periods; `None` if it is empty.
     fn and(self, other: Self) -> Option<Self> {
         // Either may begin within the other.
         let first = self.shifted_to(other.low_us);
@@ -83,22 +83,22 @@ impl UpdateWindow {
 
 /// Stamps the odometry's frames.
 ///
-/// Without motion, and for the first quarter of a second of it, poses are stamped
+/// Without motion, and in its first quarter of a second, poses are stamped
 /// [`ODOMETRY_AGE_US`] before their frame, which is off by 25 ms at most; afterwards by
-/// some milliseconds, and in the end by one. A frame that comes with an update, of a robot
-/// that stands or changes its speed, may be newest_update to the update before: one frame in a
-/// hundred is then a whole period off.
+/// some milliseconds, and in the end by one. A frame that coincides with an update, while
+/// the robot stands or changes its speed, may be assigned to the update before: one frame
+/// in a hundred is then a whole period off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct UpdateClock {
     last: Option<ReceivedFrame>,
     before: Option<ReceivedFrame>,
     window: Option<UpdateWindow>,
-    /// The way from one update to the next, metres.
+    /// The distance from one update to the next, metres.
     distance_per_update_m: f32,
 }
 
 impl UpdateClock {
-    /// The stamp of the pose in a frame that came now; stamps never decrease. Some
+    /// The stamp of the pose in a frame received now; stamps never decrease. About a
     /// hundred instructions.
     pub(super) fn stamp(&mut self, at_us: u64, pose: Pose) -> u64 {
         let Some(last) = self.last else {
@@ -134,7 +134,8 @@ impl UpdateClock {
         stamp_us
     }
 
-    /// Whether the way to the last frame was twice the one before and this one.
+    /// Narrows the window if the distance to the last frame was twice the one before and
+    /// this one.
     fn find_double_update(&mut self, last: &ReceivedFrame, distance_m: f32) {
         let Some(before) = self.before else {
             return;
@@ -164,8 +165,8 @@ impl UpdateClock {
 
     /// The newest update up to a frame, of a window that begins before it.
     ///
-    /// A window that goes beyond the frame leaves open whether its update was in it.
-    /// The way tells, if it is one that a whole number of updates makes.
+    /// A window that reaches beyond the frame leaves open whether its update is in the
+    /// frame. The distance decides, if it fits a whole number of updates.
     fn newest_update(
         &mut self,
         window: UpdateWindow,
@@ -276,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_that_starts_over_is_found_again() {
+    fn a_board_that_restarts_is_found_again() {
         let mut clock = UpdateClock::default();
         let mut errors = Vec::new();
         for frame in 1..=200_u64 {

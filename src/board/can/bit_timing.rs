@@ -1,4 +1,4 @@
-//! How long a bit is.
+//! The bit timing of the CAN unit.
 
 /// The bit timing register's value for 1 Mbit/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ impl BitTiming {
 
     /// 16 MHz: 16 quanta, 1 + 12 + 3; SJW 2 (1), TS2 3 (2), TS1 12 (11), BRP 1 (0).
     /// Sampled at 13 / 16 = 81 %. The internal oscillator's 1 % may be too coarse for
-    /// the bus: errors then say so.
+    /// the bus, which shows in the error counters.
     pub const AT_16_MHZ: Self = Self(1 << 24 | 2 << 20 | 11 << 16);
 
     /// The timing on a peripheral bus of the given frequency, if there is one.

@@ -1,4 +1,4 @@
-//! Messages as frames: the ring's, which this board sends, and those that it reads, for
+//! Encodes messages: the ring's, which this board sends, and those that it reads, for
 //! simulators and tests.
 
 use super::{AmiroModule, BodySpeed, CanFrame, StandardId, TransmittedPose};
@@ -6,7 +6,7 @@ use crate::geometry::Pose;
 use crate::sensor::SENSORS;
 
 /// PROXIMITY_RING of a sensor, identifier 0x182 + 8 i: raw counts above the offset,
-/// scaled by [`scaled_above_offset`]. `None` for a sensor that the ring has not.
+/// scaled by [`scaled_above_offset`]. `None` for a sensor beyond the ring.
 #[must_use]
 pub fn proximity_ring(sensor: usize, raw: u16, offset: u16) -> Option<CanFrame> {
     let index = u8::try_from(sensor).ok().filter(|_| sensor < SENSORS)?;
@@ -15,7 +15,7 @@ pub fn proximity_ring(sensor: usize, raw: u16, offset: u16) -> Option<CanFrame> 
     Some(CanFrame::data(identifier, value.to_le_bytes()))
 }
 
-/// What the robots say of a reading: 0 up to the offset, and 65535 for a full register.
+/// The transmitted value of a reading: 0 up to the offset, 65535 for a full register.
 ///
 /// (raw - offset) * 65535 / (65535 - offset), rounded down. With an offset of some 2400
 /// counts that is 1.04 times the counts above it.

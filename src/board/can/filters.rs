@@ -1,4 +1,4 @@
-//! What the unit lets in: the identifiers that are read, as data frames, nothing else.
+//! The acceptance filters: data frames with the identifiers that are read.
 
 use super::{READ_IDS, StandardId};
 
@@ -15,7 +15,7 @@ const LIST: [[[StandardId; 2]; 2]; 3] = {
     [[[a, b], [c, d]], [[e, f], [g, h]], [[i, a], [a, a]]]
 };
 
-/// Sets the filters; a flood of anything else then costs no interrupt.
+/// Sets the filters, so that a flood of other frames causes no interrupt.
 ///
 /// List mode with 16 bits: identifier in the upper 11, then RTR and IDE, which must be
 /// 0 as they are here: remote and extended frames do not match.

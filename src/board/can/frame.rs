@@ -1,4 +1,4 @@
-//! A frame of the bus, whatever it says.
+//! A CAN frame.
 
 use super::{CanIdentifier, StandardId};
 
@@ -33,7 +33,7 @@ impl CanFrame {
     /// A frame as a controller hands it over.
     ///
     /// `length_code` is the frame's DLC: 9 to 15 mean eight bytes as 8 does (ISO
-    /// 11898-1). Bytes beyond the length are forgotten. A remote frame asks for data
+    /// 11898-1). Bytes beyond the length are set to zero. A remote frame asks for data
     /// and has none, whatever its length code.
     #[must_use]
     pub fn received(
@@ -61,7 +61,7 @@ impl CanFrame {
         self.identifier
     }
 
-    /// Whether the frame asks for data instead of bringing some.
+    /// Whether the frame requests data instead of carrying some.
     #[must_use]
     pub const fn is_remote(&self) -> bool {
         self.is_remote
@@ -94,7 +94,7 @@ mod tests {
     const ID: CanIdentifier = CanIdentifier::Standard(StandardId::ODOMETRY);
 
     #[test]
-    fn bytes_beyond_the_length_are_forgotten() {
+    fn bytes_beyond_the_length_are_zero() {
         let frame = CanFrame::received(ID, false, 3, [1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(frame.payload(), [1, 2, 3]);
         assert_eq!(frame.bytes(), [1, 2, 3, 0, 0, 0, 0, 0]);

@@ -1,4 +1,4 @@
-//! Who says what: identifiers of frames.
+//! Identifiers of frames.
 
 /// A module of the robot, by the number in its identifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum AmiroModule {
 }
 
 impl AmiroModule {
-    /// Every board, by rising number.
+    /// Every module, by rising number.
     pub const ALL: [Self; 4] = [
         Self::DiWheelDrive,
         Self::PowerManagement,
@@ -41,13 +41,13 @@ impl StandardId {
     /// CALIBRATE_PROXIMITY_RING, 0x414.
     pub const CALIBRATE_RING: Self = Self::of(0x82, AmiroModule::Cognition);
 
-    /// BROADCAST_SHUTDOWN from a board, 0x401 to 0x404.
+    /// BROADCAST_SHUTDOWN from a module, 0x401 to 0x404.
     #[must_use]
     pub const fn shutdown(from: AmiroModule) -> Self {
         Self::of(0x80, from)
     }
 
-    /// The identifier of a device's message from a board: `device << 3 | board`.
+    /// The identifier of a device's message from a module: `device << 3 | module`.
     #[must_use]
     pub const fn of(device: u8, from: AmiroModule) -> Self {
         Self((device as u16) << 3 | from as u16)

@@ -1,4 +1,4 @@
-//! What a frame says to this board.
+//! The messages that this board reads.
 
 use super::{AmiroModule, BodySpeed, CanFrame, CanIdentifier, StandardId, TransmittedPose};
 use crate::geometry::Pose;
@@ -16,46 +16,45 @@ pub const READ_IDS: [StandardId; 9] = [
     StandardId::shutdown(AmiroModule::Cognition),
 ];
 
-/// Faster than this is damage, not a robot: micrometres a second. The AMiRo has been
-/// driven at 0.6 m/s.
-const MOST_FORWARD: u32 = 10_000_000;
-/// Microradians a second: wheels at 10 m/s against each other on the 69 mm track turn
+/// Highest plausible speed, micrometres per second. The AMiRo has been driven at 0.6 m/s.
+const MAX_FORWARD: u32 = 10_000_000;
+/// Highest plausible turn, microradians per second: wheels at 10 m/s against each other on the 69 mm track turn
 /// the body by 290 rad/s.
-const MOST_TURN: u32 = 300_000_000;
-/// What a shutdown says, so that no stray frame switches the robot off.
+const MAX_TURN: u32 = 300_000_000;
+/// Payload of a shutdown, so that no stray frame switches the robot off.
 pub(super) const SHUTDOWN: u16 = 0xaa55;
 
 /// A message of the bus that this board reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CanMessage {
-    /// Where the wheels' odometry believes the robot to be, every 63 ms.
+    /// The pose by the wheels' odometry, every 63 ms.
     ///
     /// The frame has no stamp; the odometry in it is up to 50 ms old.
     Odometry(Pose),
-    /// How fast the wheels say that it moves, every 63 ms; in steps of some 12 mm/s.
+    /// The measured speed, every 63 ms, in steps of about 12 mm/s.
     ActualSpeed(BodySpeed),
-    /// How fast somebody wants it to move.
+    /// The target speed.
     TargetSpeed(BodySpeed),
-    /// The readings of now are the ring's offsets.
+    /// The request to measure the ring's offsets.
     CalibrateRing,
-    /// A board wants all of them off.
+    /// A module requests the shutdown of all.
     Shutdown(AmiroModule),
 }
 
-/// Why a frame says nothing to this board.
+/// Why this board ignores a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum IgnoredFrame {
     /// Its identifier has 29 bits.
     Extended,
-    /// It asks for data.
+    /// It requests data.
     NotData,
-    /// It is a message for others, or none that is known.
+    /// It is no message for this board.
     UnknownId,
     /// It has more or fewer bytes than its message.
     WrongLength,
-    /// Its numbers are none that a robot sends.
+    /// No robot sends its values.
     ImpossibleValue,
 }
 
@@ -74,10 +73,11 @@ impl core::fmt::Display for IgnoredFrame {
 impl core::error::Error for IgnoredFrame {}
 
 impl CanMessage {
-    /// What a frame says.
+    /// Decodes a frame.
     ///
     /// # Errors
-    /// Why it says nothing; one [`IgnoredFrame`] a frame, tested in the order of its variants.
+    /// The reason why it is ignored; the variants of [`IgnoredFrame`] are tested in their
+    /// order.
     pub fn decode(frame: &CanFrame) -> Result<Self, IgnoredFrame> {
         let CanIdentifier::Standard(identifier) = frame.identifier() else {
             return Err(IgnoredFrame::Extended);
@@ -110,7 +110,7 @@ fn payload<const LENGTH: usize>(frame: &CanFrame) -> Result<[u8; LENGTH], Ignore
 fn speed([v0, v1, v2, v3, w0, w1, w2, w3]: [u8; 8]) -> Result<BodySpeed, IgnoredFrame> {
     let forward = i32::from_le_bytes([v0, v1, v2, v3]);
     let turn = i32::from_le_bytes([w0, w1, w2, w3]);
-    if forward.unsigned_abs() > MOST_FORWARD || turn.unsigned_abs() > MOST_TURN {
+    if forward.unsigned_abs() > MAX_FORWARD || turn.unsigned_abs() > MAX_TURN {
         return Err(IgnoredFrame::ImpossibleValue);
     }
     Ok(BodySpeed {

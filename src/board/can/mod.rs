@@ -1,9 +1,20 @@
-//! The robot's bus: the controller of CAN1, without a wait.
+//! The CAN bus of the robot: its messages and the controller of the unit CAN1.
 //!
-//! Everything here is bounded: a call reads and writes some registers and returns, and
-//! what takes time is looked for at the next [`CanController::poll`]. The crate `bxcan`
-//! does not serve: several of its calls, leaving initialisation among them, poll until
-//! the unit answers, which without a bus or in an emulator is never.
+//! # Messages
+//!
+//! 1 Mbit/s, 11-bit identifiers, little-endian payloads. An identifier is the message's
+//! device number and the sender's module number, `device << 3 | module`. This board reads
+//! the DiWheelDrive's odometry and speeds, target speeds, the request to calibrate the
+//! ring and the request to switch off. It sends the ring's eight readings, paced. Every
+//! other frame is an [`IgnoredFrame`] with its reason. Numbers and layouts are those of
+//! the robots' public firmware, generation 1.0, as facts.
+//!
+//! # Controller
+//!
+//! Every call of [`CanController`] reads and writes a few registers and returns; what
+//! takes time is checked at the next [`CanController::poll`]. The crate `bxcan` does not
+//! fit: several of its calls, leaving initialisation among them, wait until the unit
+//! answers, which without a bus or in an emulator never happens.
 
 mod bit_timing;
 mod controller;

@@ -1,6 +1,6 @@
 //! The unit's registers (RM0090, section 32.9): offsets and the bits in use.
 
-/// Something that has the registers of a bxCAN unit: the unit, or a model of it.
+/// Access to the registers of a bxCAN unit. The second implementor is the tests' model.
 pub trait CanRegisters {
     /// The register's bits.
     fn read(&self, register: CanRegister) -> u32;
@@ -44,13 +44,13 @@ impl CanRegister {
     pub const RDH0R: Self = Self(0x1bc);
     /// Filter master.
     pub const FMR: Self = Self(0x200);
-    /// Filter mode, a bit a bank: 1 for a list.
+    /// Filter mode, one bit per bank: 1 for a list.
     pub const FM1R: Self = Self(0x204);
-    /// Filter scale, a bit a bank: 0 for 16 bits.
+    /// Filter scale, one bit per bank: 0 for 16 bits.
     pub const FS1R: Self = Self(0x20c);
-    /// FIFO of what a filter lets in, a bit a bank.
+    /// FIFO of the accepted frames, one bit per bank.
     pub const FFA1R: Self = Self(0x214);
-    /// Filters that are active, a bit a bank.
+    /// Active filters, one bit per bank.
     pub const FA1R: Self = Self(0x21c);
 
     /// CanIdentifier, length, bytes 0 to 3 and 4 to 7 of the three mailboxes.

@@ -1,4 +1,4 @@
-//! When the ring's eight frames are sent.
+//! The schedule of the ring's eight frames.
 
 use crate::sensor::{SENSORS, SensorMask};
 
@@ -10,9 +10,9 @@ pub const LEAST_GAP_US: u64 = 3_000;
 
 /// Paces the ring's frames: sensors 0 to 7 once in 63 ms, 3 ms apart at least.
 ///
-/// A sensor that gives no reading has no frame: receivers take a zero for free space,
-/// and silence they notice. Whoever asks late gets the rest of the cycle later, never
-/// two frames at once; cycles that went by unasked are not made up for.
+/// A sensor without a reading has no frame, because receivers take a zero for free space.
+/// After a late call the rest of the cycle follows later, never two frames at once; missed
+/// cycles are not made up for.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RingSchedule {
     /// When the cycle began and when its last frame was sent, if there was one.
@@ -23,7 +23,7 @@ pub struct RingSchedule {
 
 impl RingSchedule {
     /// Whether it can be time for a frame; when not, [`RingSchedule::due`] gives none
-    /// whatever is present, and nobody need find out what is.
+    /// whatever is present, and `present` need not be computed.
     #[must_use]
     pub const fn may_be_due(&self, now_us: u64) -> bool {
         let Some((began_us, sent_us)) = self.cycle else {
@@ -36,7 +36,7 @@ impl RingSchedule {
     /// The sensor whose frame is to be sent now, of those in `present`; `None` if it is
     /// not time.
     ///
-    /// Counts as sent whatever it returns. A time before the last one is not time.
+    /// The returned sensor counts as sent. Nothing is due before the last time.
     pub fn due(&mut self, now_us: u64, present: SensorMask) -> Option<usize> {
         let Some((began_us, sent_us)) = self.cycle else {
             return self.next_of_cycle(now_us, now_us, present);
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// What is sent when somebody asks every `period_us` for `length_us`: times and
+    /// What is sent with a call every `period_us` for `length_us`: times and
     /// sensors.
     fn sent(period_us: u64, length_us: u64, present: SensorMask) -> Vec<(u64, usize)> {
         let mut schedule = RingSchedule::default();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn after_the_eighth_frame_nobody_need_look_until_the_next_cycle() {
+    fn after_the_eighth_frame_nothing_may_be_due_until_the_next_cycle() {
         let mut schedule = RingSchedule::default();
         for sensor in 0..8 {
             let now_us = 3_000 * sensor as u64;

@@ -1,4 +1,4 @@
-//! How the robot moves, in the words of the bus: forward and about itself.
+//! The speed of the robot's body in messages.
 
 use crate::kinematics::{DifferentialDrive, WheelSpeeds};
 
@@ -6,9 +6,9 @@ use crate::kinematics::{DifferentialDrive, WheelSpeeds};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BodySpeed {
-    /// Along x, metres a second; backward is negative.
+    /// Along x, metres per second; backward is negative.
     pub forward_m_per_s: f32,
-    /// About the centre, radians a second, counter-clockwise positive: a positive turn
+    /// About the centre, radians per second, counter-clockwise positive: a positive turn
     /// is one to the left, as in the robots' firmware and against the paper's eq. 6.
     pub turn_rad_per_s: f32,
 }

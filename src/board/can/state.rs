@@ -1,19 +1,19 @@
-//! How the robot's bus is.
+//! The state of the CAN controller.
 
 use serde::{Deserialize, Serialize};
 
-/// State of the bus's controller. Variants are appended, never reordered: they may go
+/// State of the CAN controller. Variants are appended, never reordered: they may go
 /// over the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CanState {
-    /// The controller does not answer, or nobody has asked it yet.
+    /// The controller does not answer, or was not polled yet.
     #[default]
     Absent,
     /// It is being set up, or waits for the bus to be idle.
     Joining,
-    /// It takes part.
+    /// It is on the bus.
     On,
-    /// It saw too many errors and keeps silent until the bus is well.
+    /// It is off the bus after too many errors, until the bus recovers.
     BusOff,
 }

@@ -1,4 +1,4 @@
-//! What is left of a pose on the bus: the message ODOMETRY's numbers.
+//! The quantised pose of the message ODOMETRY.
 
 use core::f32::consts::TAU;
 
@@ -8,14 +8,14 @@ use crate::geometry::Pose;
 /// Millionths, of a metre or a radian, that the lowest bit stands for.
 const STEP: i32 = 256;
 /// Most of a 24-bit number.
-const MOST_PLACE: i32 = 0x7f_ffff;
+const MAX_POSITION: i32 = 0x7f_ffff;
 /// Headings go to 2 pi, 24543.7 steps; one step more is taken for rounding.
-const MOST_HEADING: u16 = 24_544;
+const MAX_HEADING: u16 = 24_544;
 
 /// A pose in the steps of ODOMETRY: 256 um, and 256 urad of a heading from 0 to 2 pi.
 ///
-/// The robot reckons in micrometres and microradians and drops the lowest eight bits:
-/// numbers are rounded down, so that places are 128 um too low in the mean.
+/// The robot computes in micrometres and microradians and drops the lowest eight bits:
+/// numbers are rounded down, so that positions are 128 um too low in the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TransmittedPose {
@@ -25,16 +25,16 @@ pub struct TransmittedPose {
 }
 
 impl TransmittedPose {
-    /// What the robot would send of a pose.
+    /// The transmitted form of a pose.
     ///
-    /// Rounds the exact value down, to the bit. Places beyond 2147 m are sent as the
-    /// farthest, numbers that are none as 0: an odometry holds neither.
+    /// Rounds the exact value down, to the bit. Positions beyond 2147 m are sent as the
+    /// farthest, NaN as 0; an odometry holds neither.
     #[must_use]
     pub fn of(pose: &Pose) -> Self {
         let turn = fixed(pose.heading.radians());
         let turn = if turn < 0 { turn + TURN } else { turn };
         // 0 to 2 pi, so 0 to 24543.
-        let heading = steps(turn).clamp(0, i64::from(MOST_HEADING)) as u16;
+        let heading = steps(turn).clamp(0, i64::from(MAX_HEADING)) as u16;
         Self {
             x: place(pose.position.x),
             y: place(pose.position.y),
@@ -60,7 +60,7 @@ impl TransmittedPose {
     /// The steps in a frame's eight bytes; `None` for a heading beyond a full turn.
     pub(super) fn from_bytes([x0, x1, x2, y0, y1, y2, h0, h1]: [u8; 8]) -> Option<Self> {
         let heading = u16::from_le_bytes([h0, h1]);
-        (heading <= MOST_HEADING).then_some(Self {
+        (heading <= MAX_HEADING).then_some(Self {
             // The number in the upper three bytes, and its sign down again.
             x: i32::from_le_bytes([0, x0, x1, x2]) >> 8,
             y: i32::from_le_bytes([0, y0, y1, y2]) >> 8,
@@ -76,7 +76,7 @@ const ONE: f32 = 17_592_186_044_416.0;
 /// 2 pi x 2^44, rounded down.
 const TURN: i64 = 110_534_964_875_444;
 
-/// x in units of 2^-44, rounded down; saturating, and 0 for what is no number.
+/// x in units of 2^-44, rounded down; saturating, and 0 for NaN.
 ///
 /// Exact for |x| >= 2^-20, whose lowest bit is 2^-43; below, rounded down with its sign.
 fn fixed(x: f32) -> i64 {
@@ -97,7 +97,7 @@ fn steps(fixed: i64) -> i64 {
 /// Steps of a coordinate in metres.
 fn place(metres: f32) -> i32 {
     // 24 bits after clamping.
-    steps(fixed(metres)).clamp(i64::from(!MOST_PLACE), i64::from(MOST_PLACE)) as i32
+    steps(fixed(metres)).clamp(i64::from(!MAX_POSITION), i64::from(MAX_POSITION)) as i32
 }
 
 /// Metres or radians of a number of steps, to the nearest f32.
@@ -108,7 +108,7 @@ fn unit(steps: i32) -> f32 {
     (steps * STEP) as f32 / 1e6
 }
 
-const _: () = assert!(MOST_HEADING as f32 * 256e-6 > TAU);
+const _: () = assert!(MAX_HEADING as f32 * 256e-6 > TAU);
 
 #[cfg(test)]
 mod tests {
@@ -146,10 +146,10 @@ mod tests {
 
     #[test]
     fn places_beyond_the_message_are_its_farthest_and_no_numbers_are_zero() {
-        assert_eq!(place(2147.5), MOST_PLACE);
-        assert_eq!(place(f32::INFINITY), MOST_PLACE);
-        assert_eq!(place(-2147.5), -MOST_PLACE - 1);
-        assert_eq!(place(f32::MIN), -MOST_PLACE - 1);
+        assert_eq!(place(2147.5), MAX_POSITION);
+        assert_eq!(place(f32::INFINITY), MAX_POSITION);
+        assert_eq!(place(-2147.5), -MAX_POSITION - 1);
+        assert_eq!(place(f32::MIN), -MAX_POSITION - 1);
         assert_eq!(place(f32::NAN), 0);
         let nowhere = TransmittedPose::of(&Pose::new(0.0, 0.0, f32::NAN));
         assert_eq!(nowhere.heading, 0);

@@ -1,4 +1,4 @@
-//! One transaction at a time over one I2C unit.
+//! The I2C master: one transaction at a time over one unit.
 
 use crate::board::i2c::{BusFault, BusTransaction, LONGEST_READ};
 use heapless::Vec;
@@ -12,23 +12,23 @@ use super::timing::I2cTiming;
 
 /// A master of one bus. Times are microseconds of a clock that does not go back.
 ///
-/// # Why it stands late interrupts
+/// # Why late interrupts do no harm
 ///
 /// The unit has no queue. Served late while bytes move, it loses or doubles one, or
 /// acknowledges one too many; ST's advice is the highest priority \[RM 27.3.3, method
 /// 1\]. Here the data register is only touched while the unit waits with SCL held low:
 /// after an acknowledged address (ADDR) or a byte finished (BTF) with the next one not
 /// to be had or not to be put, never on a register merely empty or full (TXE, RXNE);
-/// but a single byte finishes nothing and is fetched after its stop, when none follows.
+/// but a single byte sets no BTF and is fetched after its stop, when none follows.
 /// A read of three bytes or more ends by \[RM method 2\]. Three places remain in which
-/// the unit runs on while it is told something, for 22 us at most, in the last for 3:
+/// the unit goes on while it gets a command, for 22 us at most, in the last for 3:
 ///
 /// - one byte: the stop, after the address event is cleared;
 /// - two bytes: the refusal of the second, after the address event is cleared;
-/// - two or more: taking the last byte but one, after the stop is asked for, else the
+/// - two or more: taking the last byte but one, after the stop is requested, else the
 ///   last one is shifted by a bit \[ES F1, wrong data read\].
 ///
-/// They are a few register accesses each and go through [`I2cRegisters::without_interrupts`].
+/// These are a few register accesses each and go through [`I2cRegisters::without_interrupts`].
 pub struct I2cMaster<R> {
     registers: R,
     timing: I2cTiming,
@@ -42,7 +42,7 @@ pub struct I2cMaster<R> {
     progress_us: u64,
     useless_events: u8,
     /// When a bus that could not be freed is tried again.
-    dead_until_us: Option<u64>,
+    retry_us: Option<u64>,
     /// The next wait of a bus that cannot be freed.
     wait_us: u64,
     counters: MasterCounters,
@@ -62,7 +62,7 @@ impl<R: I2cRegisters> I2cMaster<R> {
             begun_us: now_us,
             progress_us: now_us,
             useless_events: 0,
-            dead_until_us: None,
+            retry_us: None,
             wait_us: BACK_OFF_US.0,
             counters: MasterCounters::default(),
         };
@@ -72,7 +72,7 @@ impl<R: I2cRegisters> I2cMaster<R> {
 
     /// Begins a transaction.
     ///
-    /// [`TransferProgress::Done`] at once with [`BusFault::HeldLow`] while the bus is dead. A
+    /// [`TransferProgress::Done`] at once with [`BusFault::HeldLow`] while the bus is held low. A
     /// bus that is busy before its only master has begun is freed first, 150 us at most.
     pub fn begin(&mut self, transaction: &BusTransaction, now_us: u64) -> TransferProgress {
         if self.stage != Stage::Idle {
@@ -80,7 +80,7 @@ impl<R: I2cRegisters> I2cMaster<R> {
         }
         self.answer.clear();
         self.written = 0;
-        if self.dead_until_us.is_some() || !(self.is_free() || self.recover(now_us)) {
+        if self.retry_us.is_some() || !(self.is_free() || self.recover(now_us)) {
             return self.end(Err(BusFault::HeldLow));
         }
         self.transaction.clone_from(transaction);
@@ -92,9 +92,9 @@ impl<R: I2cRegisters> I2cMaster<R> {
             }),
             now_us,
         );
-        // Flags of before are cleared by writing zeros.
+        // Old flags are cleared by writing zeros.
         self.registers.write(I2cRegister::Sr1, 0);
-        self.listen(cr2::EVENTS | cr2::ERRORS);
+        self.enable_interrupts(cr2::EVENTS | cr2::ERRORS);
         self.control(cr1::START);
         TransferProgress::Running
     }
@@ -138,8 +138,8 @@ impl<R: I2cRegisters> I2cMaster<R> {
             Stage::Stop(_) => TransferProgress::Running,
             _ if errors & sr1::ARBITRATION_LOST != 0 => {
                 count(&mut self.counters.arbitration);
-                // The unit has let go of the wires by itself: there is nothing to stop,
-                // and as a slave, which it is now, it must not acknowledge.
+                // The unit has released the lines by itself: there is nothing to stop, and
+                // as a slave, which it is now, it must not acknowledge.
                 self.control(0);
                 self.end(Err(BusFault::ArbitrationLost))
             }
@@ -156,18 +156,15 @@ impl<R: I2cRegisters> I2cMaster<R> {
         }
     }
 
-    /// Looks after time: every 500 us.
+    /// Serves deadlines; to be called every 500 us.
     ///
-    /// Ends what is overdue and frees its bus, 150 us at most; tries a dead bus again
-    /// when its wait is over.
+    /// Ends an overdue transaction and frees its bus, 150 us at most; retries a held bus
+    /// again when its wait is over.
     pub fn poll(&mut self, now_us: u64) -> TransferProgress {
         let stage = self.stage;
         match stage {
             Stage::Idle => {
-                if self
-                    .dead_until_us
-                    .is_some_and(|until_us| now_us >= until_us)
-                {
+                if self.retry_us.is_some_and(|until_us| now_us >= until_us) {
                     self.recover(now_us);
                 }
                 TransferProgress::Idle
@@ -191,17 +188,17 @@ impl<R: I2cRegisters> I2cMaster<R> {
     /// Meaningful after [`TransferProgress::Done`] and until the next [`I2cMaster::begin`].
     ///
     /// # Errors
-    /// What went wrong; bytes read before that are not given away.
+    /// The fault; bytes read before it are discarded.
     pub fn result(&self) -> Result<&[u8], BusFault> {
         self.outcome.map(|()| self.answer.as_slice())
     }
 
     /// Whether the bus could not be freed and waits for another attempt.
-    pub const fn is_dead(&self) -> bool {
-        self.dead_until_us.is_some()
+    pub const fn is_held_low(&self) -> bool {
+        self.retry_us.is_some()
     }
 
-    /// What went wrong since start.
+    /// Counts of faults since start.
     pub const fn counters(&self) -> &MasterCounters {
         &self.counters
     }
@@ -232,21 +229,21 @@ impl<R: I2cRegisters> I2cMaster<R> {
     }
 
     /// The address is acknowledged and the unit holds the clock until the second
-    /// status register is read. How the last byte will be refused is settled now.
+    /// status register is read. The refusal of the last byte is set up now.
     fn start_reading(&mut self, now_us: u64) -> TransferProgress {
         match self.transaction.to_read() {
             // One: it is refused, and the stop follows it [RM, method 2, N = 1].
             1 => {
                 self.control(0);
-                // A single byte finishes nothing: its arrival is the event.
-                self.listen(cr2::EVENTS | cr2::ERRORS | cr2::BUFFER);
+                // A single byte sets no BTF: its arrival is the event.
+                self.enable_interrupts(cr2::EVENTS | cr2::ERRORS | cr2::BUFFER);
                 self.registers.without_interrupts(|registers| {
                     registers.read(I2cRegister::Sr2);
                     registers.write(I2cRegister::Cr1, cr1::ENABLE | cr1::STOP);
                 });
             }
-            // Two: the refusal is said while the first comes in [RM, method 2, N = 2].
-            // Said before the address event is cleared it would be for the first.
+            // Two: the refusal is set while the first comes in [RM, method 2, N = 2]. Set
+            // before the address event is cleared it would be for the first.
             2 => {
                 self.control(cr1::ACK | cr1::POS);
                 self.registers.without_interrupts(|registers| {
@@ -292,13 +289,13 @@ impl<R: I2cRegisters> I2cMaster<R> {
         let _ = self.answer.push(byte as u8);
     }
 
-    /// A stop has been asked for: the end, if it can be seen in a few microseconds,
-    /// else the poll will see it.
+    /// A stop has been requested: ends the transaction if the stop is made within a few
+    /// microseconds; else the poll does.
     ///
-    /// Only a stop that was made proves that the wires are whole: of a part that holds
-    /// SDA low zeros are read.
+    /// Only a stop that was made proves that the lines are free: while a part holds SDA
+    /// low, zeros are read.
     fn stop(&mut self, outcome: Result<(), BusFault>, now_us: u64) -> TransferProgress {
-        self.listen(0);
+        self.enable_interrupts(0);
         self.advance(Stage::Stop(outcome), now_us);
         if (0..LOOKS).any(|_| self.has_stopped()) {
             return self.end(outcome);
@@ -317,9 +314,9 @@ impl<R: I2cRegisters> I2cMaster<R> {
     }
 
     fn end(&mut self, outcome: Result<(), BusFault>) -> TransferProgress {
-        self.listen(0);
+        self.enable_interrupts(0);
         if !matches!(outcome, Err(BusFault::Overdue | BusFault::HeldLow)) {
-            // The bus has carried a transaction: it is well.
+            // The bus has carried a transaction: it works.
             self.wait_us = BACK_OFF_US.0;
         }
         self.outcome = outcome;
@@ -334,11 +331,11 @@ impl<R: I2cRegisters> I2cMaster<R> {
         TransferProgress::Running
     }
 
-    /// An event that asks for nothing.
+    /// An event that needs no action.
     fn ignore_event(&mut self) -> TransferProgress {
         self.useless_events = self.useless_events.saturating_add(1);
         if self.useless_events >= USELESS_EVENTS {
-            self.listen(0);
+            self.enable_interrupts(0);
         }
         match self.stage {
             Stage::Idle => TransferProgress::Idle,
@@ -365,13 +362,13 @@ impl<R: I2cRegisters> I2cMaster<R> {
         self.free_bus(now_us)
     }
 
-    /// Frees the bus; if that fails the bus is dead until the next attempt, each of
-    /// which comes after twice the wait of the one before.
+    /// Frees the bus; if that fails the bus stays unused until the next attempt. The wait
+    /// doubles with each attempt.
     fn free_bus(&mut self, now_us: u64) -> bool {
         let free = recover(&mut self.registers, self.timing);
-        self.dead_until_us = None;
+        self.retry_us = None;
         if !free {
-            self.dead_until_us = Some(now_us.saturating_add(self.wait_us));
+            self.retry_us = Some(now_us.saturating_add(self.wait_us));
             self.wait_us = (2 * self.wait_us).min(BACK_OFF_US.1);
         }
         free
@@ -384,8 +381,8 @@ impl<R: I2cRegisters> I2cMaster<R> {
         self.registers.write(I2cRegister::Cr1, cr1::ENABLE | bits);
     }
 
-    /// Listens to these interrupts only.
-    fn listen(&mut self, interrupts: u16) {
+    /// Enables these interrupts only.
+    fn enable_interrupts(&mut self, interrupts: u16) {
         let bits = self.timing.megahertz | interrupts;
         self.registers.write(I2cRegister::Cr2, bits);
     }

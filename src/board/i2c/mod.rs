@@ -1,14 +1,15 @@
 //! The I2C master of the F405, driven by interrupts and bounded in every wait.
 //!
-//! [`I2cMaster`] is told of interrupts and of time and moves one transaction; what it
-//! does to the silicon goes through [`I2cRegisters`], so that a host can stand in.
+//! [`I2cMaster`] moves one transaction at a time, driven by interrupts and a timer. It
+//! accesses the unit through [`I2cRegisters`], which tests implement with a model.
+//! [`muxed_bus`] chooses the transactions of a bus of proximity sensors.
 //!
-//! # Who calls what
+//! # Calls
 //!
 //! | call | from | how often | instructions |
 //! |---|---|---|---|
-//! | [`I2cMaster::begin`] | whoever has a transaction | once each | 97 |
-//! | [`I2cMaster::on_event`] | the unit's event interrupt | once a start, an address, a byte | 23 to 61 |
+//! | [`I2cMaster::begin`] | the acquisition | once per transaction | 97 |
+//! | [`I2cMaster::on_event`] | the unit's event interrupt | once per start, address and byte | 23 to 61 |
 //! | [`I2cMaster::on_error`] | the unit's error interrupt | seldom | 50 |
 //! | [`I2cMaster::poll`] | a timer | every 0.5 ms | 13 |
 //!
@@ -16,11 +17,10 @@
 //! entry not included. On top, by the bus's clock: the end of each transaction looks for
 //! its stop for some 4 us, and a repeated start keeps the event interrupt up for 2.5 us.
 //!
-//! All four calls belong to one priority, for they share the master. Which one is free:
-//! the unit is only ever served while it holds the clock low and waits (see [`I2cMaster`]),
-//! so a late interrupt costs time and no byte. The time has an end: 0.4 ms without
-//! progress and the poll ends the transaction. Nothing here waits longer than 10 us
-//! but a recovery, 150 us at most.
+//! All four calls run at one priority, because they share the master; any priority will
+//! do. The unit is only served while it holds the clock low and waits (see [`I2cMaster`]),
+//! so a late interrupt costs time and no byte. After 0.4 ms without progress the poll ends
+//! the transaction. No call waits longer than 10 us, except a recovery, 150 us at most.
 //!
 //! # Sources
 //!

@@ -1,4 +1,4 @@
-//! Freeing a bus by hand.
+//! Frees a bus by driving its pins by hand.
 
 use super::registers::{BusLine, I2cRegister, I2cRegisters, cr1, sr2};
 use super::timing::I2cTiming;
@@ -60,6 +60,8 @@ fn free_wires<R: I2cRegisters>(registers: &mut R) -> bool {
 }
 
 /// One clock; whether SCL came up again.
+// Copies in each caller and for each bus would cost flash.
+#[inline(never)]
 fn clock<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool {
     registers.pull(BusLine::Clock);
     registers.wait_half_clock();
@@ -77,6 +79,8 @@ fn start_and_stop<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool
 }
 
 /// Releases SCL and lets half a clock pass, more if a part stretches; whether it rose.
+// As `clock`.
+#[inline(never)]
 fn clock_rises<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool {
     registers.release(BusLine::Clock);
     registers.wait_half_clock();

@@ -1,4 +1,4 @@
-//! The silicon as the master sees it: seven registers and two pins.
+//! Access to an I2C unit: seven registers and two pins.
 
 /// A register of the I2C unit \[RM 27.6\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub trait I2cRegisters {
     /// fast-mode clock is low at least.
     fn wait_half_clock(&mut self);
 
-    /// Does a few register accesses that no interrupt may come between.
+    /// Does a few register accesses without an interrupt between them.
     fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T;
 }
 
@@ -69,7 +69,7 @@ pub(super) mod cr1 {
     pub(crate) const STOP: u16 = 1 << 9;
     /// Acknowledge what is received.
     pub(crate) const ACK: u16 = 1 << 10;
-    /// [`ACK`] speaks of the byte after the one being received.
+    /// [`ACK`] controls the byte after the one being received.
     pub(crate) const POS: u16 = 1 << 11;
     /// Hold the unit in reset.
     pub(crate) const RESET: u16 = 1 << 15;
@@ -95,13 +95,13 @@ pub(super) mod sr1 {
     pub(crate) const FINISHED: u16 = 1 << 2;
     /// The data register holds a received byte.
     pub(crate) const RECEIVED: u16 = 1 << 6;
-    /// A start or stop where none may be.
+    /// A misplaced start or stop.
     pub(crate) const BUS_ERROR: u16 = 1 << 8;
     /// Arbitration lost.
     pub(crate) const ARBITRATION_LOST: u16 = 1 << 9;
     /// Not acknowledged.
     pub(crate) const REFUSED: u16 = 1 << 10;
-    /// All that the error interrupt stands for.
+    /// All errors of the error interrupt.
     pub(crate) const ERRORS: u16 = 0xdf00;
 }
 

@@ -1,6 +1,6 @@
-//! What goes over an I2C bus between a start and a stop, as a value.
+//! One I2C transaction, from a start to a stop, as a value.
 
-/// Most bytes that a transaction writes: a memory's word address and a page of eight.
+/// Most bytes that a transaction writes: the EEPROM's word address and a page of eight.
 pub const LONGEST_WRITE: usize = 9;
 
 /// Most bytes that a transaction reads.
@@ -8,7 +8,7 @@ pub const LONGEST_READ: usize = 16;
 
 /// Bytes to write, then bytes to read after a repeated start; either may be none.
 ///
-/// A transaction of neither is an address alone, which asks whether a part is there.
+/// A transaction of neither is an address alone, which probes for a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusTransaction {
@@ -87,9 +87,9 @@ impl BusTransaction {
     }
 }
 
-/// Clock periods of a transaction that writes and reads so many bytes.
+/// Clock periods of a transaction that writes and reads these numbers of bytes.
 ///
-/// Nine a byte, the addresses included, and one for each start, repeated start and
+/// Nine per byte, the addresses included, and one for each start, repeated start and
 /// stop. A part that stretches the clock takes longer; none on the robot does.
 #[must_use]
 pub const fn clocks(write: u32, read: u32) -> u32 {
@@ -104,13 +104,13 @@ pub const fn clocks(write: u32, read: u32) -> u32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusFault {
-    /// Nobody answered to the address.
+    /// No part acknowledged the address.
     NoSuchPart,
     /// A part refused a byte that was written to it.
     RefusedByte,
-    /// Another master, or a disturbance, pulled a line that was to be high.
+    /// Another master, or a disturbance, pulled a line low that should be high.
     ArbitrationLost,
-    /// A start or a stop came where none may be.
+    /// A start or a stop was misplaced.
     Misplaced,
     /// The transaction did not end in its time.
     Overdue,

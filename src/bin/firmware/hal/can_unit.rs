@@ -1,4 +1,4 @@
-//! The CAN unit of the chip, as its controller wants it.
+//! The registers of the chip's CAN unit for its controller.
 
 use stm32f4xx_hal::pac::CAN1;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
@@ -9,7 +9,7 @@ use amiro_ipf::board::can::{CanRegister, CanRegisters};
 pub(crate) struct CanUnit(CAN1);
 
 impl CanUnit {
-    /// Clocks the unit and forgets what a boot loader left in it.
+    /// Clocks the unit and resets what a boot loader left in it.
     pub(super) fn start(unit: CAN1, rcc: &mut Rcc) -> Self {
         CAN1::enable(rcc);
         CAN1::reset(rcc);

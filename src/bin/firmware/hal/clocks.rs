@@ -1,4 +1,4 @@
-//! The core's clock: crystal and PLL, or as near as the board can.
+//! Starts the core's clock: crystal and PLL, or the best that starts.
 
 use amiro_ipf::event::ClockSource;
 use stm32f4xx_hal::pac::RCC;
@@ -17,7 +17,7 @@ const CRYSTAL_HZ: u32 = 8_000_000;
 /// cycles a turn 60 ms, many times what a crystal (2 ms) or a PLL (0.3 ms) needs.
 const PATIENCE: u32 = 100_000;
 
-/// Brings the core to 168 MHz, or as near as the board can.
+/// Runs the core at 168 MHz, or at the best clock that starts.
 ///
 /// A boot loader leaves the PLL running, so everything first goes back to the
 /// internal oscillator. The HAL's own start waits without bound; here crystal and

@@ -1,4 +1,4 @@
-//! The core and its units as a reset leaves them, whatever a boot loader did with them.
+//! Restores the reset state of the core and its units after a boot loader.
 //!
 //! The start code calls `__pre_init` before it touches the memory. A boot loader starts
 //! the image by a jump: interrupts that it enabled, its memory protection, its floating
@@ -73,7 +73,7 @@ global_asm!(
     ".word 0xe000ed28, 0xffffffff",
     ".word 0xe000ed2c, 0xffffffff",
     // The floating point unit: automatic and lazy stacking, nothing waits to be stacked,
-    // the modes of a reset, access for everybody.
+    // the modes of a reset, full access.
     ".word 0xe000ef34, 0xc0000000",
     ".word 0xe000ef3c, 0",
     ".word 0xe000ed88, 0x00f00000",

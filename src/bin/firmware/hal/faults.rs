@@ -1,8 +1,8 @@
-//! Handlers of faults and of exceptions that nothing else handles: a record, and a reset.
+//! Handlers of faults and of unhandled exceptions: they keep a record and reset.
 
 #![expect(
     unsafe_code,
-    reason = "handlers take a stack of their own and read what the core has left"
+    reason = "handlers take a stack of their own and read what the core has stacked"
 )]
 
 use core::arch::global_asm;
@@ -65,7 +65,7 @@ const MEMORY_ADDRESS: u32 = 1 << 7;
 /// Fault status: the address of a bus fault is valid.
 const BUS_ADDRESS: u32 = 1 << 15;
 
-/// Writes down what can be known, and starts over.
+/// Keeps a record of the fault and resets.
 #[unsafe(no_mangle)]
 extern "C" fn end_in_fault(sp: u32, exception: u32) -> ! {
     let (cfsr, hfsr, memory, bus) = status();
@@ -104,7 +104,7 @@ const FIRST_INTERRUPT: u32 = 16;
 /// Place in the record of an exception without a handler; the line is its number.
 const UNHANDLED: &str = "unhandled exception";
 
-/// Writes down the number of an exception that has no handler, and starts over.
+/// Keeps a record of an exception without a handler and resets.
 ///
 /// Before the start code has run, the exception is a boot loader's: its interrupt is
 /// disabled and the start goes on.
@@ -132,10 +132,7 @@ fn disable(interrupt: u32) {
     }
 }
 
-#[expect(
-    unsafe_code,
-    reason = "a handler has nobody who could lend it the unit"
-)]
+#[expect(unsafe_code, reason = "a handler cannot borrow the unit")]
 fn status() -> (u32, u32, u32, u32) {
     // SAFETY: registers of the core that are always there; reading changes nothing.
     let scb = unsafe { &*SCB::PTR };

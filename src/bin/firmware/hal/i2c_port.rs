@@ -1,4 +1,4 @@
-//! An I2C unit of the chip and its two pins on port B, as the master wants them.
+//! An I2C unit of the chip and its two pins on port B, for the master.
 
 use core::ops::Deref;
 
@@ -10,7 +10,7 @@ use amiro_ipf::board::i2c::{BusLine, I2cRegister, I2cRegisters};
 /// The rate of half clocks by hand: 2.5 us.
 const HALF_CLOCK_HZ: u32 = 400_000;
 
-/// A pin of port B that belongs to the unit or to us. Open drain either way, without a
+/// A pin of port B, driven by the unit or by hand. Open drain either way, without a
 /// pull: the board has resistors.
 enum Wire<const N: u8> {
     Unit(Pin<'B', N, Alternate<4, OpenDrain>>),

@@ -1,13 +1,13 @@
-//! Whether the flash holds what was built.
+//! Checks the flash against the image's checksum.
 
-#![expect(unsafe_code, reason = "the image is no object of the language")]
+#![expect(unsafe_code, reason = "the linker places the image")]
 
 use amiro_ipf::board::supervision::ImageCheck;
 use amiro_ipf::checksum::CRC;
 
-/// Length and checksum of the image, written by whoever makes a file to flash; erased
-/// flash, as in the ELF file, means that nobody did. The checksum is over the whole
-/// image with these eight bytes erased.
+/// Length and checksum of the image, written when a file to flash is made; erased flash,
+/// as in the ELF file, means that there is none. The checksum is over the whole image with
+/// these eight bytes erased.
 // SAFETY: nothing else has this name.
 #[unsafe(no_mangle)]
 static IMAGE_MARK: [u32; 2] = [UNMARKED; 2];
@@ -25,7 +25,7 @@ unsafe extern "C" {
     static __vector_table: u8;
 }
 
-/// Compares the flash with its mark: some 8 ms for 120 kB.
+/// Compares the flash with its mark: about 8 ms for 120 kB.
 pub(super) fn check() -> ImageCheck {
     let mark = &raw const IMAGE_MARK;
     // SAFETY: a static of our own; volatile, since what the compiler saw it hold is not
@@ -46,7 +46,7 @@ pub(super) fn check() -> ImageCheck {
     let piece = |address: usize, length: usize| {
         let first = core::ptr::with_exposed_provenance::<u8>(address);
         // SAFETY: both pieces lie in the chip's flash, between the image's start and the
-        // length that was just found to be no more than the flash; nobody writes it.
+        // length that was just found to be no more than the flash, which is not written.
         unsafe { core::slice::from_raw_parts(first, length) }
     };
     let (head, tail) = (

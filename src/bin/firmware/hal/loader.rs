@@ -1,4 +1,4 @@
-//! AMiRo's boot loader, if it is what started the image.
+//! AMiRo's boot loader, where it started the image.
 //!
 //! Facts of its public sources, none of it verified on hardware.
 
@@ -24,8 +24,7 @@ impl Loader {
     }
 
     #[expect(unsafe_code, reason = "the call is a number in the loader's table")]
-    /// Hands the robot over to the loader, which switches it off; what returns starts
-    /// over.
+    /// Hands the robot over to the loader, which switches it off; resets if it returns.
     pub(crate) fn shut_down(self) -> ! {
         cortex_m::interrupt::disable();
         let call = word(TABLE + SHUT_DOWN);
@@ -38,7 +37,7 @@ impl Loader {
     }
 }
 
-#[expect(unsafe_code, reason = "the table is no object of the language")]
+#[expect(unsafe_code, reason = "the table lies at a fixed address")]
 fn word(address: usize) -> u32 {
     // SAFETY: an aligned word in the chip's flash, which is always there.
     unsafe { core::ptr::with_exposed_provenance::<u32>(address).read_volatile() }

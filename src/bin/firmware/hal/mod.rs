@@ -123,6 +123,7 @@ impl StartedBoard {
         restart_after_resets(&device.PWR, &device.RTC, &mut rcc);
         let led = Led(gpio_b.pb12.into_open_drain_output_in_state(PinState::High));
         let bus_hz = rcc.clocks.pclk1().raw();
+        let timing = I2cTiming::fast(bus_hz);
         I2C1::enable(&mut rcc);
         I2C1::reset(&mut rcc);
         let port_one = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
@@ -152,8 +153,8 @@ impl StartedBoard {
             boot_info: BootInfo::new((clock, core_hz, baud), boots, seed, reset, loader),
             acquisition: AcquisitionUnits {
                 // Time begins with the board's.
-                one: I2cMaster::new(port_one, I2cTiming::fast(bus_hz), 0),
-                two: I2cMaster::new(port_two, I2cTiming::fast(bus_hz), 0),
+                one: I2cMaster::new(port_one, timing, 0),
+                two: I2cMaster::new(port_two, timing, 0),
                 can: CanController::new(can, BitTiming::at(bus_hz)),
                 seed: seed_source,
                 shutdown_line,

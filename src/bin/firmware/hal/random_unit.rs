@@ -1,4 +1,4 @@
-//! What tells one start from another: the random number unit, the chip's number.
+//! Sources of a seed: the random number unit and the chip's number.
 
 use amiro_ipf::seed::WORDS;
 use stm32f4xx_hal::pac::RNG;
@@ -6,8 +6,8 @@ use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::signature::Uid;
 
 /// Turns of the polling loop for all words together. The unit needs 40 cycles of its 48
-/// MHz for one, 27 microseconds for all; 10 000 turns are some 0.6 ms at 168 MHz, which
-/// is all that a unit which says nothing costs a start.
+/// MHz for one, 27 microseconds for all; 10 000 turns are about 0.6 ms at 168 MHz, which
+/// is what a unit that does not answer costs at start.
 const PATIENCE: u32 = 10_000;
 
 /// Words from the unit; `None` if it reports an error or leaves one out.

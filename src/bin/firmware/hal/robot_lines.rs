@@ -1,4 +1,4 @@
-//! The lines on which the robot's boards agree to start and to stop.
+//! The lines between the robot's boards for start and shutdown.
 
 use stm32f4xx_hal::gpio::{Input, OpenDrain, Output, PC12, PC13};
 
@@ -9,13 +9,13 @@ const STEADY: u8 = 5;
 pub(crate) struct StartLine(pub(super) PC12<Output<OpenDrain>>);
 
 impl StartLine {
-    /// Lets go: this board is up. Who else holds it low is none of its business.
+    /// Releases the line: this board is up. Other boards may still hold it low.
     pub(crate) fn release(mut self) {
         self.0.set_high();
     }
 }
 
-/// SYS_PD: pulled low by whoever wants the robot off.
+/// SYS_PD: pulled low to request a shutdown.
 pub(crate) struct ShutdownLine {
     pin: PC13<Input>,
     was_high: bool,
@@ -31,8 +31,8 @@ impl ShutdownLine {
         }
     }
 
-    /// Looks at the line, two thousand times a second; whether somebody has just pulled
-    /// it. One that was never high is not connected and means nothing.
+    /// Samples the line, to be called 2000 times per second; whether it has just been
+    /// pulled low. A line that was never high is not connected and is ignored.
     pub(crate) fn is_pulled(&mut self) -> bool {
         if self.pin.is_high() {
             self.was_high = true;

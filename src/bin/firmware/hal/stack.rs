@@ -1,6 +1,6 @@
-//! The stack: its guard, and how much of it was ever used.
+//! The stack: its guard and its high-water mark.
 
-#![expect(unsafe_code, reason = "nobody but the linker knows where the stack is")]
+#![expect(unsafe_code, reason = "the linker places the stack")]
 
 use cortex_m::peripheral::{MPU, SCB};
 
@@ -43,7 +43,7 @@ pub(super) fn is_frame(address: u32) -> bool {
     address.is_multiple_of(4) && (bottom..=top.saturating_sub(32)).contains(&address)
 }
 
-/// Lets every access to the guard end in a fault, and that fault in a handler.
+/// Makes every access to the guard a memory management fault.
 pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
     // Size as a power of two less one, no access, nothing executed, on.
     const REGION: u32 = 1 << 28 | (GUARD.ilog2() - 1) << 1 | 1;
@@ -60,8 +60,8 @@ pub(super) fn protect(mpu: &mut MPU, scb: &mut SCB) {
     cortex_m::asm::isb();
 }
 
-/// Whether the guard stands: it does from the image's first steps on, and no boot
-/// loader's protection has it there.
+/// Whether the guard is set: it is from the image's first steps on, and no boot loader's
+/// protection is the same.
 pub(super) fn is_protected() -> bool {
     // SAFETY: registers of the core that are always there; reading changes nothing.
     let mpu = unsafe { &*MPU::PTR };
@@ -72,28 +72,28 @@ pub(super) fn is_protected() -> bool {
 /// not hide what the tasks need again and again.
 ///
 /// To be called by the idle task: tasks that interrupt it have ended when it goes on, so
-/// that nothing lives below its own frame.
+/// that nothing is in use below its own frame.
 pub(crate) fn repaint() {
     const OWN_FRAME: u32 = 128;
     let (_, bottom) = guard();
     let end = cortex_m::register::msp::read().saturating_sub(OWN_FRAME);
     for address in (bottom..end).step_by(4) {
-        // SAFETY: an aligned word of the RAM between the guard and the frames that live,
-        // as said above.
+        // SAFETY: an aligned word of the RAM between the guard and the frames in use,
+        // as stated above.
         unsafe {
             core::ptr::with_exposed_provenance_mut::<u32>(address as usize).write_volatile(PAINT);
         }
     }
 }
 
-/// Bytes above the guard that were never used since the last painting. Looks at each of them: 1 ms at most.
+/// Bytes above the guard that were never used since the last painting. Reads each word:
+/// 1 ms at most.
 pub(crate) fn unused() -> u32 {
     let (_, bottom) = guard();
     let top = (&raw const _stack_start).addr() as u32;
     let is_painted = |address: &u32| {
-        // SAFETY: an aligned word of the RAM between the guard and the stack's top,
-        // which nobody writes but the program on its own stack; whatever it holds is a
-        // number.
+        // SAFETY: an aligned word of the RAM between the guard and the stack's top, which
+        // only the program writes, as its stack; every value is a valid number.
         let word =
             unsafe { core::ptr::with_exposed_provenance::<u32>(*address as usize).read_volatile() };
         word == PAINT
