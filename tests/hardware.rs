@@ -238,7 +238,7 @@ fn bit_timings_are_the_units() {
     // CCR 35 in fast mode, TRISE 13.
     let timing = format!("{:?}", i2c::I2cTiming::fast(42_000_000));
     let expected = format!(
-        "Timing {{ megahertz: 42, clock: {}, rise: 13 }}",
+        "I2cTiming {{ megahertz: 42, clock: {}, rise: 13 }}",
         0x8000 | 35
     );
     assert_eq!(timing, expected);
@@ -286,18 +286,18 @@ fn tasks_have_the_priorities_and_interrupts_of_the_table() {
 #[test]
 fn tasks_have_the_priorities_of_the_program_s_own_table() {
     let code = read("src/bin/firmware/main.rs");
-    let mut told = BTreeMap::new();
+    let mut listed = BTreeMap::new();
     for line in code.lines().filter_map(|line| line.strip_prefix("//! | `")) {
         let cells: Vec<&str> = line.split(" | ").collect();
         // "`bus_one`, `bus_two` and their `_error`"
         for (place, name) in cells[0].split('`').step_by(2).enumerate() {
             if name == "_error" {
-                let both: Vec<String> = told.keys().cloned().collect();
+                let both: Vec<String> = listed.keys().cloned().collect();
                 for bus in both.iter().filter(|name| name.starts_with("bus_")) {
-                    told.insert(format!("{bus}_error"), cells[1].to_owned());
+                    listed.insert(format!("{bus}_error"), cells[1].to_owned());
                 }
             } else if place == 0 || !name.is_empty() {
-                told.insert(name.to_owned(), cells[1].to_owned());
+                listed.insert(name.to_owned(), cells[1].to_owned());
             }
         }
     }
@@ -305,7 +305,7 @@ fn tasks_have_the_priorities_of_the_program_s_own_table() {
         .into_iter()
         .map(|(name, (priority, _))| (name, priority))
         .collect();
-    assert_eq!(told, written);
+    assert_eq!(listed, written);
 }
 
 /// A constant in the text of a file, as a number.
@@ -319,26 +319,26 @@ fn constant(path: &str, name: &str) -> u64 {
 
 #[test]
 fn numbers_are_the_code_s() {
-    let board = |file: &str, name: &str| constant(&format!("src/bin/firmware/{file}"), name);
+    let image = |file: &str, name: &str| constant(&format!("src/bin/firmware/{file}"), name);
     let expected = [
-        ("CORE_HZ", board("board/clocks.rs", "CORE_HZ")),
-        ("CRYSTAL_HZ", board("board/clocks.rs", "CRYSTAL_HZ")),
-        ("TICK_HZ", board("clock.rs", "TICK_HZ")),
+        ("CORE_HZ", image("hal/clocks.rs", "CORE_HZ")),
+        ("CRYSTAL_HZ", image("hal/clocks.rs", "CRYSTAL_HZ")),
+        ("TICK_HZ", image("clock.rs", "TICK_HZ")),
         ("ROUND_US", ROUND_US),
         ("USUAL_ROUND_CLOCKS", u64::from(USUAL_ROUND_CLOCKS)),
         ("CYCLE_US", CYCLE_US),
         ("LEAST_GAP_US", LEAST_GAP_US),
         ("ODOMETRY_AGE_US", ODOMETRY_AGE_US),
-        ("WATCHDOG_MS", board("board/mod.rs", "WATCHDOG_MS")),
-        ("RESTART", board("board/mod.rs", "RESTART")),
-        ("HEALTH_EVERY", board("sampler.rs", "HEALTH_EVERY")),
-        ("CAN_EVERY", board("sampler.rs", "CAN_EVERY")),
+        ("WATCHDOG_MS", image("hal/mod.rs", "WATCHDOG_MS")),
+        ("RESTART", image("hal/mod.rs", "RESTART")),
+        ("HEALTH_EVERY", image("sampler.rs", "HEALTH_EVERY")),
+        ("CAN_EVERY", image("sampler.rs", "CAN_EVERY")),
         ("STALL_US", constant("src/board/i2c/limits.rs", "STALL_US")),
         ("CAPACITY", budget::CAPACITY as u64),
         ("SEND_QUEUE", budget::SEND_QUEUE as u64),
         ("RECEIVE_QUEUE", budget::RECEIVE_QUEUE as u64),
         ("REPORT_QUEUE", budget::REPORT_QUEUE as u64),
-        ("GUARD", board("board/stack.rs", "GUARD")),
+        ("GUARD", image("hal/stack.rs", "GUARD")),
     ]
     .map(|(name, value)| (name.to_owned(), value.to_string()));
     let listed: Vec<(String, String)> = rows("Numbers", "name")
