@@ -1,6 +1,6 @@
 //! The odometry that the AMiRo's bus carries, bit for bit.
 
-use amiro_ipf::can::TransmittedPose;
+use amiro_ipf::board::can::TransmittedPose;
 use amiro_ipf::geometry::Pose;
 
 use super::Drive;
