@@ -9,8 +9,7 @@ use amiro_ipf::board::can::{
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
-    self, Boot, ClockSource, Decoder, DeviceEndpoint, Encoder, Received, WINDOW,
-    WIRE_VERSION,
+    self, Boot, ClockSource, Decoder, DeviceEndpoint, Encoder, Received, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Fault, Input, Node, Source, StepRule};
