@@ -24,12 +24,11 @@
 //! - [`filter`]: Algorithms 1 and 2. It has no time, no clock and no link.
 //! - [`node`]: the portable program from inputs to events: configuration, odometry,
 //!   step trigger, sample window.
-//! - [`driver`], [`can`], [`supervision`]: the parts on the robot's I2C buses, the
-//!   messages of its CAN bus and the rules of the image's supervision, as values.
+//! - [`board`]: the robot's board over register traits. Its I2C masters and sensors give
+//!   proximity inputs, its CAN controller odometry inputs; offsets, health and
+//!   supervision belong to it.
 //! - [`link`]: messages, frames and the device endpoint; specified in
 //!   `docs/protocol.md`.
-//! - [`senses`], [`board`]: acquisition of the sensors, and the controllers of I2C and
-//!   CAN over register traits.
 //!
 //! # What holds everywhere
 //!
@@ -84,9 +83,7 @@
 )]
 
 pub mod board;
-pub mod can;
 pub mod checksum;
-pub mod driver;
 pub mod filter;
 pub mod geometry;
 pub mod link;
@@ -94,8 +91,6 @@ pub mod math;
 pub mod model;
 pub mod node;
 pub mod random;
-pub mod senses;
-pub mod supervision;
 
 /// Whether this build has the feature `std`, and a host to use it on.
 ///

@@ -1,9 +1,9 @@
-//! Which clock the core runs on: the best that the board can start.
+//! Chooses the core's clock: the best that the board can start.
 
 use crate::link::ClockSource;
 
-/// What the clock unit can be told; every call waits a bounded time at most. The second
-/// implementor is the tests' model.
+/// Access to the clock unit; every wait is bounded. The second implementor is the tests'
+/// model.
 pub trait ClockUnit {
     /// Starts the internal oscillator; whether it runs.
     fn start_internal(&mut self) -> bool;
@@ -20,11 +20,11 @@ pub trait ClockUnit {
     fn lock_pll(&mut self, on_crystal: bool) -> bool;
 }
 
-/// Brings the clock unit as far as it goes; what it is then to be frozen at.
+/// Starts the best clock; the source to configure the core with.
 ///
 /// Crystal and PLL; without a crystal the PLL on the internal oscillator, within 1 %;
-/// without a PLL the internal oscillator alone. A unit that does not even answer for
-/// that one is an emulator's.
+/// without a PLL the internal oscillator alone. A unit on which not even that one starts
+/// is an emulator's.
 pub fn choose(unit: &mut impl ClockUnit) -> ClockSource {
     if !unit.start_internal() {
         return ClockSource::Unknown;

@@ -4,11 +4,11 @@
 //! memory.
 
 use super::{
-    BoardStatus, Boot, Decoder, Encoder, LossCounter, Message, MessageRef, OffsetReport, Received,
-    Status,
+    BoardStatus, Boot, Decoder, Encoder, LossCounter, Message, MessageRef, Received, Status,
 };
+use crate::board::offsets::OffsetReport;
+use crate::board::supervision::PostMortem;
 use crate::node::{Event, Fault, Input, Node, NodeStatus, Source};
-use crate::supervision::PostMortem;
 
 /// How a frame is treated when the line cannot keep up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,11 +3,12 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::health::Health;
-use super::report::{Boot, OffsetReport, Status};
+use super::report::{Boot, Status};
+use crate::board::health::Health;
+use crate::board::offsets::OffsetReport;
+use crate::board::supervision::{PostMortem, Supervision};
 use crate::geometry::Pose;
 use crate::node::{Event, Fault, Input};
-use crate::supervision::{PostMortem, Supervision};
 
 /// Bytes of a scenario in one truth message.
 pub const SCENARIO_CHUNK: usize = 96;

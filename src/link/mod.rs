@@ -7,7 +7,6 @@
 mod decoder;
 mod device_endpoint;
 mod frame;
-mod health;
 mod loss_counter;
 mod message;
 mod report;
@@ -16,10 +15,10 @@ mod wire_format;
 pub use decoder::{Decoder, Received};
 pub use device_endpoint::{DeviceEndpoint, Priority};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
-pub use health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
+
 pub use loss_counter::LossCounter;
 pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, Truth};
-pub use report::{BoardStatus, Boot, ClockSource, OffsetReport, Status};
+pub use report::{BoardStatus, Boot, ClockSource, Status};
 
 /// Version of the messages, sent in every boot message.
 pub const WIRE_VERSION: u8 = 3;

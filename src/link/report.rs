@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::driver::{OffsetRefusal, Offsets};
-use crate::model::SENSORS;
 use crate::node::NodeStatus;
 
 /// The introduction of a board: version, build, capacity, clock.
@@ -40,19 +38,6 @@ pub enum ClockSource {
     Internal,
     /// The clock unit answers nothing, as in an emulator; 168 MHz are assumed.
     Unknown,
-}
-
-/// The offsets in use, and what became of the last attempt to measure them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct OffsetReport {
-    /// The offsets and where they come from.
-    pub offsets: Offsets,
-    /// Whether the board's memory holds them, or is being written.
-    pub is_kept: bool,
-    /// Why a sensor's could not be measured, in the last attempt; with any refused,
-    /// none is taken.
-    pub refused: [Option<OffsetRefusal>; SENSORS],
 }
 
 /// The state of the node and of the board.

@@ -1,30 +1,29 @@
-//! The robot's bus through the public door: golden frames, garbage, turns.
+//! The messages of the CAN bus: golden frames, garbage, turns.
 //!
 //! Names that begin with f and a number are entries of the fault catalogue: CAN and
 //! odometry.
 
-use std::f32::consts::{FRAC_PI_2, TAU};
+use std::f32::consts::FRAC_PI_2;
 
-use amiro_ipf::can::{
-    Board, BodySpeed, Frame, Identifier, Ignored, Message, READ, StandardId, TransmittedPose,
-    actual_speed, odometry, target_speed,
+use amiro_ipf::board::can::{
+    AmiroModule, BodySpeed, CanFrame, CanIdentifier, CanMessage, IgnoredFrame, READ_IDS,
+    StandardId, actual_speed, odometry, target_speed,
 };
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::model::DifferentialDrive;
 use amiro_ipf::node::odometry::Odometry;
 use amiro_ipf::random::Generator;
-use proptest::prelude::*;
 
 /// 256 um or 256 urad, and the rounding of numbers of some metres.
 const STEP: f32 = 256e-6 + 1e-6;
 
-fn data<const LENGTH: usize>(identifier: u16, bytes: [u8; LENGTH]) -> Frame {
-    Frame::data(StandardId::from_bits(identifier), bytes)
+fn data<const LENGTH: usize>(identifier: u16, bytes: [u8; LENGTH]) -> CanFrame {
+    CanFrame::data(StandardId::from_bits(identifier), bytes)
 }
 
-fn pose_of(frame: &Frame) -> Pose {
-    match Message::decode(frame) {
-        Ok(Message::Odometry(pose)) => pose,
+fn pose_of(frame: &CanFrame) -> Pose {
+    match CanMessage::decode(frame) {
+        Ok(CanMessage::Odometry(pose)) => pose,
         other => unreachable!("{other:?}"),
     }
 }
@@ -51,12 +50,12 @@ fn golden_speeds_are_read_in_metres_and_radians_a_second() {
         turn_rad_per_s: -0.2,
     };
     assert_eq!(
-        Message::decode(&data(0x101, bytes)),
-        Ok(Message::ActualSpeed(speed))
+        CanMessage::decode(&data(0x101, bytes)),
+        Ok(CanMessage::ActualSpeed(speed))
     );
     for sender in [0x082, 0x084] {
-        let target = Message::decode(&data(sender, bytes));
-        assert_eq!(target, Ok(Message::TargetSpeed(speed)), "{sender:#x}");
+        let target = CanMessage::decode(&data(sender, bytes));
+        assert_eq!(target, Ok(CanMessage::TargetSpeed(speed)), "{sender:#x}");
     }
     assert_eq!(actual_speed(&speed), data(0x101, bytes));
     assert_eq!(target_speed(&speed), data(0x084, bytes));
@@ -65,47 +64,56 @@ fn golden_speeds_are_read_in_metres_and_radians_a_second() {
 #[test]
 fn golden_calls_are_read_from_their_senders() {
     assert_eq!(
-        Message::decode(&data(0x414, [])),
-        Ok(Message::CalibrateRing)
+        CanMessage::decode(&data(0x414, [])),
+        Ok(CanMessage::CalibrateRing)
     );
     for (identifier, board) in [
-        (0x401, Board::DiWheelDrive),
-        (0x402, Board::PowerManagement),
-        (0x403, Board::LightRing),
-        (0x404, Board::Cognition),
+        (0x401, AmiroModule::DiWheelDrive),
+        (0x402, AmiroModule::PowerManagement),
+        (0x403, AmiroModule::LightRing),
+        (0x404, AmiroModule::Cognition),
     ] {
         // 0xaa55, lowest byte first.
         let frame = data(identifier, [0x55, 0xaa]);
-        assert_eq!(Message::decode(&frame), Ok(Message::Shutdown(board)));
+        assert_eq!(CanMessage::decode(&frame), Ok(CanMessage::Shutdown(board)));
         let swapped = data(identifier, [0xaa, 0x55]);
-        assert_eq!(Message::decode(&swapped), Err(Ignored::ImpossibleValue));
+        assert_eq!(
+            CanMessage::decode(&swapped),
+            Err(IgnoredFrame::ImpossibleValue)
+        );
     }
 }
 
 #[test]
 fn f23_frames_for_others_and_misshapen_ones_are_ignored_by_their_reason() {
-    let long = Identifier::Standard(StandardId::ODOMETRY);
+    let long = CanIdentifier::Standard(StandardId::ODOMETRY);
     for (frame, reason) in [
         (
-            Frame::received(Identifier::Extended(0x281), false, 8, [0; 8]),
-            Ignored::Extended,
+            CanFrame::received(CanIdentifier::Extended(0x281), false, 8, [0; 8]),
+            IgnoredFrame::Extended,
         ),
-        (Frame::received(long, true, 8, [0; 8]), Ignored::NotData),
-        (Frame::received(long, true, 0, [0; 8]), Ignored::NotData),
-        (data(0x000, []), Ignored::UnknownId),
+        (
+            CanFrame::received(long, true, 8, [0; 8]),
+            IgnoredFrame::NotData,
+        ),
+        (
+            CanFrame::received(long, true, 0, [0; 8]),
+            IgnoredFrame::NotData,
+        ),
+        (data(0x000, []), IgnoredFrame::UnknownId),
         // ODOMETRY from another board, the ring, the boot loader, a board that is none.
-        (data(0x282, [0; 8]), Ignored::UnknownId),
-        (data(0x182, [0; 2]), Ignored::UnknownId),
-        (data(0x600, [0; 8]), Ignored::UnknownId),
-        (data(0x405, [0x55, 0xaa]), Ignored::UnknownId),
-        (data(0x400, [0x55, 0xaa]), Ignored::UnknownId),
-        (data(0x281, [0; 7]), Ignored::WrongLength),
-        (data(0x101, [0; 6]), Ignored::WrongLength),
-        (data(0x084, []), Ignored::WrongLength),
-        (data(0x414, [0]), Ignored::WrongLength),
-        (data(0x402, [0x55]), Ignored::WrongLength),
+        (data(0x282, [0; 8]), IgnoredFrame::UnknownId),
+        (data(0x182, [0; 2]), IgnoredFrame::UnknownId),
+        (data(0x600, [0; 8]), IgnoredFrame::UnknownId),
+        (data(0x405, [0x55, 0xaa]), IgnoredFrame::UnknownId),
+        (data(0x400, [0x55, 0xaa]), IgnoredFrame::UnknownId),
+        (data(0x281, [0; 7]), IgnoredFrame::WrongLength),
+        (data(0x101, [0; 6]), IgnoredFrame::WrongLength),
+        (data(0x084, []), IgnoredFrame::WrongLength),
+        (data(0x414, [0]), IgnoredFrame::WrongLength),
+        (data(0x402, [0x55]), IgnoredFrame::WrongLength),
     ] {
-        assert_eq!(Message::decode(&frame), Err(reason), "{frame:?}");
+        assert_eq!(CanMessage::decode(&frame), Err(reason), "{frame:?}");
     }
 }
 
@@ -113,13 +121,13 @@ fn f23_frames_for_others_and_misshapen_ones_are_ignored_by_their_reason() {
 fn f23_values_that_no_robot_sends_are_ignored() {
     let heading = |steps: u16| {
         let [low, high] = steps.to_le_bytes();
-        Message::decode(&data(0x281, [0, 0, 0, 0, 0, 0, low, high]))
+        CanMessage::decode(&data(0x281, [0, 0, 0, 0, 0, 0, low, high]))
     };
     // 2 pi is 24543.7 steps; 24544 is the step that it lies in, 24545 is beyond.
     assert!(heading(24_543).is_ok());
     assert!(heading(24_544).is_ok());
-    assert_eq!(heading(24_545), Err(Ignored::ImpossibleValue));
-    assert_eq!(heading(u16::MAX), Err(Ignored::ImpossibleValue));
+    assert_eq!(heading(24_545), Err(IgnoredFrame::ImpossibleValue));
+    assert_eq!(heading(u16::MAX), Err(IgnoredFrame::ImpossibleValue));
     for (forward, turn, is_read) in [
         (10_000_000, -300_000_000, true),
         (-10_000_000, 300_000_000, true),
@@ -130,24 +138,8 @@ fn f23_values_that_no_robot_sends_are_ignored() {
     ] {
         let [v0, v1, v2, v3] = i32::to_le_bytes(forward);
         let [w0, w1, w2, w3] = i32::to_le_bytes(turn);
-        let read = Message::decode(&data(0x101, [v0, v1, v2, v3, w0, w1, w2, w3]));
+        let read = CanMessage::decode(&data(0x101, [v0, v1, v2, v3, w0, w1, w2, w3]));
         assert_eq!(read.is_ok(), is_read, "{forward} {turn}: {read:?}");
-    }
-}
-
-#[test]
-fn f23_every_reason_for_ignoring_a_frame_has_its_own_words() {
-    let words = [
-        Ignored::Extended,
-        Ignored::NotData,
-        Ignored::UnknownId,
-        Ignored::WrongLength,
-        Ignored::ImpossibleValue,
-    ]
-    .map(|reason| reason.to_string());
-    for (index, word) in words.iter().enumerate() {
-        assert!(!word.is_empty(), "{words:?}");
-        assert!(!words[..index].contains(word), "{words:?}");
     }
 }
 
@@ -155,10 +147,10 @@ fn f23_every_reason_for_ignoring_a_frame_has_its_own_words() {
 fn f23_of_all_payloads_one_alone_switches_the_robot_off() {
     for identifier in 0x401..=0x404 {
         for word in 0..=u16::MAX {
-            let read = Message::decode(&data(identifier, word.to_le_bytes()));
-            let is_shutdown = matches!(read, Ok(Message::Shutdown(_)));
+            let read = CanMessage::decode(&data(identifier, word.to_le_bytes()));
+            let is_shutdown = matches!(read, Ok(CanMessage::Shutdown(_)));
             assert_eq!(is_shutdown, word == 0xaa55, "{identifier:#x}, {word:#06x}");
-            let is_refused = read == Err(Ignored::ImpossibleValue);
+            let is_refused = read == Err(IgnoredFrame::ImpossibleValue);
             assert_ne!(is_refused, is_shutdown, "{identifier:#x}, {word:#06x}");
         }
         // The right bytes with others before, behind or missing are another message.
@@ -169,8 +161,8 @@ fn f23_of_all_payloads_one_alone_switches_the_robot_off() {
             data(identifier, [0x00, 0x55, 0xaa]),
             data(identifier, [0x55, 0xaa, 0, 0, 0, 0, 0, 0]),
         ] {
-            let read = Message::decode(&frame);
-            assert_eq!(read, Err(Ignored::WrongLength), "{frame:?}");
+            let read = CanMessage::decode(&frame);
+            assert_eq!(read, Err(IgnoredFrame::WrongLength), "{frame:?}");
         }
     }
 }
@@ -181,18 +173,18 @@ fn f23_exactly_the_listed_identifiers_are_read() {
         let identifier = StandardId::from_bits(bits);
         let is_unknown = [data(bits, []), data(bits, [0; 2]), data(bits, [0; 8])]
             .iter()
-            .all(|frame| Message::decode(frame) == Err(Ignored::UnknownId));
-        assert_eq!(READ.contains(&identifier), !is_unknown, "{bits:#x}");
+            .all(|frame| CanMessage::decode(frame) == Err(IgnoredFrame::UnknownId));
+        assert_eq!(READ_IDS.contains(&identifier), !is_unknown, "{bits:#x}");
     }
 }
 
 /// A frame of random bits, every second one with an identifier that is read.
-fn random_frame(random: &mut Generator) -> Frame {
+fn random_frame(random: &mut Generator) -> CanFrame {
     let [head, first, second] = [(); 3].map(|()| random.bits());
     let identifier = match head & 3 {
-        0 => Identifier::Extended(head >> 3),
-        1 => Identifier::Standard(StandardId::from_bits((head >> 8) as u16)),
-        _ => Identifier::Standard(READ[(head >> 8) as usize % READ.len()]),
+        0 => CanIdentifier::Extended(head >> 3),
+        1 => CanIdentifier::Standard(StandardId::from_bits((head >> 8) as u16)),
+        _ => CanIdentifier::Standard(READ_IDS[(head >> 8) as usize % READ_IDS.len()]),
     };
     let [a, b, c, d] = first.to_le_bytes();
     let [e, f, g, h] = second.to_le_bytes();
@@ -203,7 +195,7 @@ fn random_frame(random: &mut Generator) -> Frame {
     } else {
         (head >> 4) as u8 & 15
     };
-    Frame::received(identifier, is_remote, length_code, [a, b, c, d, e, f, g, h])
+    CanFrame::received(identifier, is_remote, length_code, [a, b, c, d, e, f, g, h])
 }
 
 #[test]
@@ -212,16 +204,16 @@ fn f23_a_million_random_frames_are_read_in_range_or_ignored() {
     let mut counts = [0_u32; 6];
     for _ in 0..1_000_000 {
         let frame = random_frame(&mut random);
-        let count = match Message::decode(&frame) {
+        let count = match CanMessage::decode(&frame) {
             Ok(message) => {
                 assert_in_range(&message);
                 0
             }
-            Err(Ignored::Extended) => 1,
-            Err(Ignored::NotData) => 2,
-            Err(Ignored::UnknownId) => 3,
-            Err(Ignored::WrongLength) => 4,
-            Err(Ignored::ImpossibleValue) => 5,
+            Err(IgnoredFrame::Extended) => 1,
+            Err(IgnoredFrame::NotData) => 2,
+            Err(IgnoredFrame::UnknownId) => 3,
+            Err(IgnoredFrame::WrongLength) => 4,
+            Err(IgnoredFrame::ImpossibleValue) => 5,
         };
         counts[count] += 1;
     }
@@ -229,18 +221,18 @@ fn f23_a_million_random_frames_are_read_in_range_or_ignored() {
     assert!(counts.iter().all(|count| *count > 5_000), "{counts:?}");
 }
 
-fn assert_in_range(message: &Message) {
+fn assert_in_range(message: &CanMessage) {
     match message {
-        Message::Odometry(pose) => {
+        CanMessage::Odometry(pose) => {
             assert!(pose.is_finite(), "{pose:?}");
             let farthest = pose.position.x.abs().max(pose.position.y.abs());
             assert!(farthest <= 2_147.483_7, "{pose:?}");
         }
-        Message::ActualSpeed(speed) | Message::TargetSpeed(speed) => {
+        CanMessage::ActualSpeed(speed) | CanMessage::TargetSpeed(speed) => {
             assert!(speed.forward_m_per_s.abs() <= 10.0, "{speed:?}");
             assert!(speed.turn_rad_per_s.abs() <= 300.0, "{speed:?}");
         }
-        Message::CalibrateRing | Message::Shutdown(_) => {}
+        CanMessage::CalibrateRing | CanMessage::Shutdown(_) => {}
     }
 }
 
@@ -253,9 +245,9 @@ fn f36_headings_across_zero_give_small_motions() {
         let mut last: Option<Pose> = None;
         for index in 0..=943_u32 {
             let heading = direction * 0.02 * index as f32;
-            let told = pose_of(&odometry(&Pose::new(0.1, -0.1, heading)));
+            let decoded = pose_of(&odometry(&Pose::new(0.1, -0.1, heading)));
             let stamp_us = u64::from(index) * 63_000;
-            robot.take_pose(stamp_us, told).unwrap();
+            robot.take_pose(stamp_us, decoded).unwrap();
             let pose = robot.pose_at(&DRIVE, stamp_us).unwrap();
             if let Some(last) = last {
                 let turn = last.motion_to(&pose).turn.radians();
@@ -278,64 +270,10 @@ fn f36_a_million_frames_of_turning_lose_nothing_but_the_rounding_of_two_pi() {
     let mut last = Pose::default();
     for index in 1..=1_000_000_u32 {
         let heading = (f64::from(index) * 0.1) % std::f64::consts::TAU;
-        let told = pose_of(&odometry(&Pose::new(0.0, 0.0, heading as f32)));
-        turned += f64::from(last.motion_to(&told).turn.radians());
-        last = told;
+        let decoded = pose_of(&odometry(&Pose::new(0.0, 0.0, heading as f32)));
+        turned += f64::from(last.motion_to(&decoded).turn.radians());
+        last = decoded;
     }
     let error = (turned - 100_000.0).abs();
     assert!(error < 256e-6 + 15_915.0 * 3e-7, "{error}");
-}
-
-fn heading_error(sent: &Pose, told: &Pose) -> f32 {
-    sent.motion_to(told).turn.radians()
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, cases: 4096, ..ProptestConfig::default() })]
-
-    #[test]
-    fn poses_come_back_within_a_step_below(
-        x in -100.0_f32..100.0, y in -1.0_f32..1.0, heading in -TAU..TAU,
-    ) {
-        let sent = Pose::new(x, y, heading);
-        let told = pose_of(&odometry(&sent));
-        // Rounded down; f32 at 100 m has steps of 8 um.
-        prop_assert!((-8e-6..STEP + 8e-6).contains(&(x - told.position.x)), "{:?}", told);
-        prop_assert!((-1e-6..STEP).contains(&(y - told.position.y)), "{:?}", told);
-        let error = heading_error(&told, &sent);
-        prop_assert!((-1e-6..STEP).contains(&error), "{} rad", error);
-        // Sent once more, it is a step lower at most: f32 may lie below the step.
-        let again = pose_of(&odometry(&told));
-        prop_assert!((again.position - told.position).norm() < 2.0 * STEP);
-        prop_assert_eq!(TransmittedPose::of(&sent).pose(), told);
-    }
-
-    #[test]
-    fn speeds_come_back_within_a_millionth(v in -2.0_f32..2.0, w in -20.0_f32..20.0) {
-        let speed = BodySpeed { forward_m_per_s: v, turn_rad_per_s: w };
-        let Ok(Message::ActualSpeed(told)) = Message::decode(&actual_speed(&speed)) else {
-            unreachable!("{speed:?}");
-        };
-        // 1 um/s rounded down; f32 at 20 rad/s has steps of 2e-6.
-        prop_assert!((-2e-7..1.3e-6).contains(&(v - told.forward_m_per_s)), "{:?}", told);
-        prop_assert!((-2e-6..4e-6).contains(&(w - told.turn_rad_per_s)), "{:?}", told);
-    }
-
-    #[test]
-    fn f23_arbitrary_frames_never_panic_and_forget_what_is_beyond_their_length(
-        bits in any::<u32>(), is_extended: bool, is_remote: bool, code in any::<u8>(),
-        bytes: [u8; 8],
-    ) {
-        let identifier = if is_extended {
-            Identifier::Extended(bits)
-        } else {
-            Identifier::Standard(StandardId::from_bits(bits as u16))
-        };
-        let frame = Frame::received(identifier, is_remote, code, bytes);
-        let again = Frame::received(identifier, is_remote, code, frame.bytes());
-        prop_assert_eq!(frame, again);
-        if let Ok(message) = Message::decode(&frame) {
-            assert_in_range(&message);
-        }
-    }
 }

@@ -4,28 +4,28 @@
 
 mod model;
 
-use amiro_ipf::board::can::{BitTiming, CanHealth, Controller};
-use amiro_ipf::can::{
-    BodySpeed, CanState, Frame, Ignored, Message, READ, StandardId, proximity_ring, target_speed,
+use amiro_ipf::board::can::{
+    BitTiming, BodySpeed, CanController, CanControllerHealth, CanFrame, CanMessage, CanState,
+    IgnoredFrame, READ_IDS, StandardId, proximity_ring, target_speed,
 };
 use amiro_ipf::random::Generator;
 use model::{Unit, Wire, WireFrame};
 
-/// Between two patrols, microseconds.
-const PATROL_US: u64 = 10_000;
+/// Between two polls, microseconds.
+const POLL_US: u64 = 10_000;
 /// Most accesses to registers of one call: 2 us at the bus's 42 MHz and some cycles each.
 const MOST_ACCESSES: u32 = 30;
 
 /// A controller, the model that it drives, and a check that no call takes long.
 struct Bench {
     unit: Unit,
-    controller: Controller<Unit>,
+    controller: CanController<Unit>,
 }
 
 impl Bench {
     fn new() -> Self {
         let unit = Unit::out_of_reset();
-        let controller = Controller::new(unit.clone(), Some(BitTiming::AT_42_MHZ));
+        let controller = CanController::new(unit.clone(), Some(BitTiming::AT_42_MHZ));
         Self { unit, controller }
     }
 
@@ -37,7 +37,7 @@ impl Bench {
         bench
     }
 
-    fn health(&self) -> CanHealth {
+    fn health(&self) -> CanControllerHealth {
         *self.controller.health()
     }
 
@@ -53,7 +53,7 @@ impl Bench {
         self.unit.0.borrow_mut().pass(bits);
     }
 
-    fn bounded<T>(&mut self, call: impl FnOnce(&mut Controller<Unit>, u64) -> T) -> T {
+    fn bounded<T>(&mut self, call: impl FnOnce(&mut CanController<Unit>, u64) -> T) -> T {
         let now_us = self.now_us();
         let before = self.unit.0.borrow().accesses;
         let result = call(&mut self.controller, now_us);
@@ -62,24 +62,24 @@ impl Bench {
         result
     }
 
-    fn patrol(&mut self) {
-        self.bounded(|controller, now_us| controller.patrol(now_us));
+    fn poll(&mut self) {
+        self.bounded(|controller, now_us| controller.poll(now_us));
     }
 
-    /// Patrols, each after its time.
-    fn run(&mut self, patrols: u64) {
-        for _ in 0..patrols {
-            self.pass(PATROL_US);
-            self.patrol();
+    /// Polls, each after its time.
+    fn run(&mut self, polls: u64) {
+        for _ in 0..polls {
+            self.pass(POLL_US);
+            self.poll();
         }
     }
 
-    fn transmit(&mut self, frame: &Frame) -> bool {
+    fn transmit(&mut self, frame: &CanFrame) -> bool {
         self.bounded(|controller, now_us| controller.transmit(now_us, frame))
     }
 
     /// What the interrupts of FIFO 0 take until it is quiet, by interrupt.
-    fn interrupts(&mut self) -> Vec<Vec<Frame>> {
+    fn interrupts(&mut self) -> Vec<Vec<CanFrame>> {
         let mut taken = Vec::new();
         while self.unit.0.borrow().is_interrupting() {
             assert!(taken.len() < 10, "the interrupt stays");
@@ -103,7 +103,7 @@ fn odometry(number: u8) -> WireFrame {
     WireFrame::data(0x281, [number, 0, 0, 0, 0, 0, 0, 0])
 }
 
-fn ring(sensor: usize) -> Frame {
+fn ring(sensor: usize) -> CanFrame {
     proximity_ring(sensor, 3000 + sensor as u16, 2400).unwrap()
 }
 
@@ -136,8 +136,8 @@ fn unit_is_set_up_as_the_robots_have_it() {
 #[test]
 fn controller_joins_within_three_patrols() {
     let mut bench = Bench::new();
-    assert_eq!(bench.health(), CanHealth::default());
-    bench.patrol();
+    assert_eq!(bench.health(), CanControllerHealth::default());
+    bench.poll();
     assert_eq!(bench.health().state, CanState::Joining);
     bench.run(2);
     assert_eq!(bench.health().state, CanState::On);
@@ -148,11 +148,11 @@ fn controller_joins_within_three_patrols() {
 fn f22_unit_that_does_not_answer_is_absent_and_nobody_waits() {
     let mut bench = Bench::new();
     bench.unit.0.borrow_mut().is_present = false;
-    bench.patrol();
+    bench.poll();
     bench.run(9);
     assert_eq!(bench.health().state, CanState::Joining);
     bench.run(1);
-    // 100 ms after the first patrol.
+    // 100 ms after the first poll.
     assert_eq!(bench.health().state, CanState::Absent);
     assert!(!bench.transmit(&ring(0)));
     assert!(
@@ -187,9 +187,9 @@ fn f22_unit_that_comes_later_is_taken_within_its_second() {
 #[test]
 fn f22_board_without_the_right_clock_leaves_the_bus_alone() {
     let unit = Unit::out_of_reset();
-    let mut controller = Controller::new(unit.clone(), None);
-    for patrol in 0..1000 {
-        controller.patrol(patrol * PATROL_US);
+    let mut controller = CanController::new(unit.clone(), None);
+    for poll in 0..1000 {
+        controller.poll(poll * POLL_US);
     }
     assert_eq!(controller.health().state, CanState::Absent);
     assert_eq!(unit.0.borrow().accesses, 0);
@@ -227,10 +227,10 @@ fn f21_bus_off_is_counted_and_ends_128_times_11_bits_after_the_bus_heals() {
 
     bench.set_wire(Wire::Healthy);
     bench.pass(128 * 11 - 1);
-    bench.patrol();
+    bench.poll();
     assert_eq!(bench.health().state, CanState::BusOff);
     bench.pass(1);
-    bench.patrol();
+    bench.poll();
     assert_eq!(bench.health().state, CanState::On);
     assert_eq!(bench.health().bus_offs, 1);
     assert!(bench.transmit(&ring(2)));
@@ -249,7 +249,7 @@ fn f21_bus_off_between_two_patrols_is_counted_too() {
         bench.pass(2_100);
         bench.set_wire(Wire::Healthy);
         bench.pass(128 * 11 + 500);
-        bench.patrol();
+        bench.poll();
         let health = bench.health();
         assert_eq!((health.state, health.bus_offs), (CanState::On, bus_offs));
         // The frame was kept through it: less than 20 ms.
@@ -312,15 +312,15 @@ fn frames_are_sent_as_given_and_in_their_order() {
 #[test]
 fn ring_of_a_minute_is_sent_whole_beside_the_patrols() {
     let mut bench = Bench::on_the_bus();
-    let mut schedule = amiro_ipf::can::RingSchedule::default();
+    let mut schedule = amiro_ipf::board::can::RingSchedule::default();
     for _ in 0..60_000 {
         bench.pass(1_000);
         let now_us = bench.now_us();
         if let Some(sensor) = schedule.due(now_us, amiro_ipf::model::SensorMask::ALL) {
             assert!(bench.transmit(&ring(sensor)));
         }
-        if now_us.is_multiple_of(PATROL_US) {
-            bench.patrol();
+        if now_us.is_multiple_of(POLL_US) {
+            bench.poll();
         }
     }
     // 60 s / 63 ms = 952.4 cycles of eight.
@@ -341,7 +341,7 @@ fn f23_filters_let_in_what_is_read_and_nothing_else() {
                 ..WireFrame::data(0, [0; 8])
             });
             let came = !bench.interrupts().is_empty();
-            let is_read = READ.contains(&StandardId::from_bits(identifier as u16));
+            let is_read = READ_IDS.contains(&StandardId::from_bits(identifier as u16));
             assert_eq!(
                 came,
                 is_read && !is_extended && !is_remote,
@@ -362,7 +362,7 @@ fn f23_random_frames_reach_the_decoder_only_under_identifiers_that_it_knows() {
         let identifier = match head & 3 {
             0 => head >> 3,
             1 => head >> 21,
-            _ => u32::from(READ[(head >> 8) as usize % READ.len()].bits()),
+            _ => u32::from(READ_IDS[(head >> 8) as usize % READ_IDS.len()].bits()),
         };
         let mut bytes = [0; 8];
         bytes[..4].copy_from_slice(&low.to_le_bytes());
@@ -376,8 +376,12 @@ fn f23_random_frames_reach_the_decoder_only_under_identifiers_that_it_knows() {
         });
         for frame in bench.interrupts().into_iter().flatten() {
             came += 1;
-            let unread = [Ignored::Extended, Ignored::NotData, Ignored::UnknownId];
-            if let Err(reason) = Message::decode(&frame) {
+            let unread = [
+                IgnoredFrame::Extended,
+                IgnoredFrame::NotData,
+                IgnoredFrame::UnknownId,
+            ];
+            if let Err(reason) = CanMessage::decode(&frame) {
                 assert!(!unread.contains(&reason), "{frame:?}: {reason}");
             }
         }
@@ -448,7 +452,10 @@ fn f24_shutdown_comes_through_a_flood_of_odometry() {
         }
         if turn % 2 == 1 {
             for frame in bench.interrupts().into_iter().flatten() {
-                shutdowns += u32::from(matches!(Message::decode(&frame), Ok(Message::Shutdown(_))));
+                shutdowns += u32::from(matches!(
+                    CanMessage::decode(&frame),
+                    Ok(CanMessage::Shutdown(_))
+                ));
             }
         }
     }

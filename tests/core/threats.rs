@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use amiro_ipf::can::{BodySpeed, Identifier, Message, actual_speed, proximity_ring, target_speed};
+use amiro_ipf::board::acquisition::{Acquisition, CanAction};
+use amiro_ipf::board::can::{
+    BodySpeed, CanIdentifier, CanMessage, actual_speed, proximity_ring, target_speed,
+};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
@@ -10,7 +13,6 @@ use amiro_ipf::link::{
 };
 use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Fault, Input, Node, Source, StepRule};
-use amiro_ipf::senses::{Heard, Senses};
 
 use crate::common;
 
@@ -235,21 +237,21 @@ fn speeds_on_the_robot_s_bus_are_no_input_and_no_frame_of_the_board_commands_a_w
         forward_m_per_s: 0.3,
         turn_rad_per_s: 1.0,
     };
-    let mut senses = Senses::new();
+    let mut senses = Acquisition::new();
     for frame in [actual_speed(&speed), target_speed(&speed)] {
-        assert!(Message::decode(&frame).is_ok(), "it is read: {frame:?}");
-        assert_eq!(senses.take_frame(1, &frame), Heard::Nothing);
+        assert!(CanMessage::decode(&frame).is_ok(), "it is read: {frame:?}");
+        assert_eq!(senses.take_frame(1, &frame), CanAction::Nothing);
     }
     // What the board sends is the ring's, which no board of the robot reads as a command.
     for sensor in 0..SENSORS {
         let frame = proximity_ring(sensor, 2_400, 2_300).unwrap();
-        let Identifier::Standard(identifier) = frame.identifier() else {
+        let CanIdentifier::Standard(identifier) = frame.identifier() else {
             unreachable!("{frame:?}")
         };
         assert_eq!(usize::from(identifier.bits()), 0x182 + 8 * sensor);
-        assert!(Message::decode(&frame).is_err(), "{frame:?}");
+        assert!(CanMessage::decode(&frame).is_err(), "{frame:?}");
     }
-    for place in ["src/bin/firmware", "src/senses"] {
+    for place in ["src/bin/firmware", "src/board/acquisition"] {
         for (path, text) in common::rust_files(place) {
             for word in ["target_speed", "actual_speed"] {
                 assert!(!text.contains(word), "{} has {word}", path.display());

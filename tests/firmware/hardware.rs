@@ -5,12 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use amiro_ipf::board::{budget, can, i2c};
-use amiro_ipf::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
-use amiro_ipf::driver::branch::USUAL_ROUND_CLOCKS;
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01, vcnl4020};
+use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, Bus, ODOMETRY_AGE_US, ROUND_US};
+use amiro_ipf::board::can::{CYCLE_US, LEAST_GAP_US, READ_IDS, StandardId, proximity_ring};
+use amiro_ipf::board::i2c::muxed_bus::{MUX_ADDRESS, USUAL_ROUND_CLOCKS};
+use amiro_ipf::board::{budget, can, eeprom, i2c, vcnl4020};
 use amiro_ipf::model::{Ring, SENSORS};
-use amiro_ipf::senses::{ODOMETRY_AGE_US, ROUND_US};
 
 fn read(path: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()
@@ -77,7 +76,7 @@ fn pins_of(code: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_pin_that_the_board_names_is_in_the_table_and_no_other() {
-    let named = pins_of(&code_of("src/bin/firmware/board"));
+    let named = pins_of(&code_of("src/bin/firmware/hal"));
     let mut listed = BTreeSet::new();
     let mut alone = BTreeSet::new();
     for row in rows("Pins", "pin") {
@@ -98,9 +97,7 @@ fn every_pin_that_the_board_names_is_in_the_table_and_no_other() {
 
 #[test]
 fn pins_are_set_to_what_the_table_says() {
-    let code: String = code_of("src/bin/firmware/board")
-        .split_whitespace()
-        .collect();
+    let code: String = code_of("src/bin/firmware/hal").split_whitespace().collect();
     for row in rows("Pins", "pin") {
         let pin = row[0].to_lowercase();
         let port = pin.get(1..2).unwrap_or_default();
@@ -163,13 +160,13 @@ fn the_debug_probe_s_section_names_the_runner_its_pins_and_the_log_s_level() {
 fn sensors_are_where_the_table_has_them() {
     let rows = rows("Sensors", "sensor");
     assert_eq!(rows.len(), SENSORS);
-    for (index, (row, place)) in rows.iter().zip(AMIRO_PLACES).enumerate() {
+    for (index, (row, place)) in rows.iter().zip(AMIRO_CONNECTIONS).enumerate() {
         let bus = match place.bus {
             Bus::I2c1 => "I2C1",
             Bus::I2c2 => "I2C2",
         };
         let frame = proximity_ring(index, 0, 0).unwrap();
-        let amiro_ipf::can::Identifier::Standard(identifier) = frame.identifier() else {
+        let amiro_ipf::board::can::CanIdentifier::Standard(identifier) = frame.identifier() else {
             unreachable!("{frame:?}")
         };
         let axis = Ring::AMIRO.axis_rad[index].to_degrees();
@@ -199,7 +196,7 @@ fn addresses_are_the_drivers() {
     let expected = [
         ("PCA9544A", MUX_ADDRESS.bits()),
         ("VCNL4020", vcnl4020::ADDRESS),
-        ("AT24C01", at24c01::ADDRESS_AMIRO),
+        ("AT24C01", eeprom::ADDRESS_AMIRO),
     ]
     .map(|(part, address)| (part.to_owned(), format!("{address:#04x}")));
     assert_eq!(addresses, expected);
@@ -211,7 +208,7 @@ fn messages_that_are_read_are_those_of_the_filters() {
         .iter()
         .map(|row| u16::from_str_radix(row[1].trim_start_matches("0x"), 16).unwrap())
         .collect();
-    assert_eq!(listed, READ.map(StandardId::bits));
+    assert_eq!(listed, READ_IDS.map(StandardId::bits));
 }
 
 #[test]
@@ -238,9 +235,9 @@ fn bit_timings_are_the_units() {
         assert_eq!(row[..], expected);
     }
     // CCR 35 in fast mode, TRISE 13.
-    let timing = format!("{:?}", i2c::Timing::fast(42_000_000));
+    let timing = format!("{:?}", i2c::I2cTiming::fast(42_000_000));
     let expected = format!(
-        "Timing {{ megahertz: 42, clock: {}, rise: 13 }}",
+        "I2cTiming {{ megahertz: 42, clock: {}, rise: 13 }}",
         0x8000 | 35
     );
     assert_eq!(timing, expected);
@@ -288,18 +285,18 @@ fn tasks_have_the_priorities_and_interrupts_of_the_table() {
 #[test]
 fn tasks_have_the_priorities_of_the_program_s_own_table() {
     let code = read("src/bin/firmware/main.rs");
-    let mut told = BTreeMap::new();
+    let mut listed = BTreeMap::new();
     for line in code.lines().filter_map(|line| line.strip_prefix("//! | `")) {
         let cells: Vec<&str> = line.split(" | ").collect();
         // "`bus_one`, `bus_two` and their `_error`"
         for (place, name) in cells[0].split('`').step_by(2).enumerate() {
             if name == "_error" {
-                let both: Vec<String> = told.keys().cloned().collect();
+                let both: Vec<String> = listed.keys().cloned().collect();
                 for bus in both.iter().filter(|name| name.starts_with("bus_")) {
-                    told.insert(format!("{bus}_error"), cells[1].to_owned());
+                    listed.insert(format!("{bus}_error"), cells[1].to_owned());
                 }
             } else if place == 0 || !name.is_empty() {
-                told.insert(name.to_owned(), cells[1].to_owned());
+                listed.insert(name.to_owned(), cells[1].to_owned());
             }
         }
     }
@@ -307,7 +304,7 @@ fn tasks_have_the_priorities_of_the_program_s_own_table() {
         .into_iter()
         .map(|(name, (priority, _))| (name, priority))
         .collect();
-    assert_eq!(told, written);
+    assert_eq!(listed, written);
 }
 
 /// A constant in the text of a file, as a number.
@@ -321,26 +318,26 @@ fn constant(path: &str, name: &str) -> u64 {
 
 #[test]
 fn numbers_are_the_code_s() {
-    let board = |file: &str, name: &str| constant(&format!("src/bin/firmware/{file}"), name);
+    let image = |file: &str, name: &str| constant(&format!("src/bin/firmware/{file}"), name);
     let expected = [
-        ("CORE_HZ", board("board/clocks.rs", "CORE_HZ")),
-        ("CRYSTAL_HZ", board("board/clocks.rs", "CRYSTAL_HZ")),
-        ("TICK_HZ", board("clock.rs", "TICK_HZ")),
+        ("CORE_HZ", image("hal/clocks.rs", "CORE_HZ")),
+        ("CRYSTAL_HZ", image("hal/clocks.rs", "CRYSTAL_HZ")),
+        ("TICK_HZ", image("clock.rs", "TICK_HZ")),
         ("ROUND_US", ROUND_US),
         ("USUAL_ROUND_CLOCKS", u64::from(USUAL_ROUND_CLOCKS)),
         ("CYCLE_US", CYCLE_US),
         ("LEAST_GAP_US", LEAST_GAP_US),
         ("ODOMETRY_AGE_US", ODOMETRY_AGE_US),
-        ("WATCHDOG_MS", board("board/mod.rs", "WATCHDOG_MS")),
-        ("RESTART", board("board/mod.rs", "RESTART")),
-        ("HEALTH_EVERY", board("sampler.rs", "HEALTH_EVERY")),
-        ("CAN_EVERY", board("sampler.rs", "CAN_EVERY")),
+        ("WATCHDOG_MS", image("hal/mod.rs", "WATCHDOG_MS")),
+        ("RESTART", image("hal/mod.rs", "RESTART")),
+        ("HEALTH_EVERY", image("sampler.rs", "HEALTH_EVERY")),
+        ("CAN_EVERY", image("sampler.rs", "CAN_EVERY")),
         ("STALL_US", constant("src/board/i2c/limits.rs", "STALL_US")),
         ("CAPACITY", budget::CAPACITY as u64),
         ("SEND_QUEUE", budget::SEND_QUEUE as u64),
         ("RECEIVE_QUEUE", budget::RECEIVE_QUEUE as u64),
         ("REPORT_QUEUE", budget::REPORT_QUEUE as u64),
-        ("GUARD", board("board/stack.rs", "GUARD")),
+        ("GUARD", image("hal/stack.rs", "GUARD")),
     ]
     .map(|(name, value)| (name.to_owned(), value.to_string()));
     let listed: Vec<(String, String)> = rows("Numbers", "name")
@@ -368,7 +365,7 @@ fn layouts_are_the_linker_s() {
     assert!(linker.contains("_stext = ORIGIN(FLASH) + 0x200;"));
     assert!(linker.contains("ORIGIN(FLASH) + 0x1ac"));
     assert!(read("memory.x").contains("ORIGIN = 0x20000000, LENGTH = 128K"));
-    let loader = read("src/bin/firmware/board/loader.rs");
+    let loader = read("src/bin/firmware/hal/loader.rs");
     assert!(loader.contains("0x0800_01c0") && loader.contains("0x412d_424c"));
     assert!(loader.contains("SHUT_DOWN: usize = 32;"));
 }

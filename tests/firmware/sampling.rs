@@ -23,31 +23,31 @@ const CYCLES_PER_INSTRUCTION: f64 = 1.4;
 
 /// Rounds a second, both buses in each; sensors a round.
 const ROUNDS: f64 = 125.0;
-const VISITS: f64 = ROUNDS * 8.0;
+const READOUTS: f64 = ROUNDS * 8.0;
 
 /// Cycles of an interrupt besides what is counted: 12 to enter, 12 to leave (no wait
 /// states, no floating point saved), the framework's 15 instructions of raising and
 /// lowering the priority, and 4 more for each of its four barriers.
 const INTERRUPT: f64 = 12.0 + 12.0 + 15.0 * CYCLES_PER_INSTRUCTION + 4.0 * 4.0;
 
-/// Accesses to a unit's registers in a visit to a sensor: 14 to select, 16 for each of
+/// Accesses to a unit's registers in a readout of a sensor: 14 to select, 16 for each of
 /// two read-backs, 23, 28 and 24 for the reads of 1, 4 and 2 bytes; and the cycles of
 /// each on the peripheral bus beyond a load from RAM.
 const ACCESSES: f64 = 14.0 + 2.0 * 16.0 + 23.0 + 28.0 + 24.0;
 const ACCESS: f64 = 10.0;
 
-/// A visit has six stops, each looked for during 4 us, and three repeated starts, each of
+/// A readout has six stops, each looked for during 4 us, and three repeated starts, each of
 /// which keeps its event up for 2.5 us and half a useless call.
 const STOPS: f64 = 6.0;
 const STOP_S: f64 = 4e-6;
 const RESTARTS: f64 = 3.0;
 const RESTART_S: f64 = 2.5e-6;
 
-/// Patrols a second; instructions of the timer's interrupt, twice, and of the framework's
+/// Polls a second; instructions of the timer's interrupt, twice, and of the framework's
 /// executor for each (counted in an execution trace of the image); interrupts of each.
-const PATROLS: f64 = 2_000.0;
+const POLLS: f64 = 2_000.0;
 const EXECUTOR: f64 = 382.0;
-const PATROL_INTERRUPTS: f64 = 3.0;
+const POLL_INTERRUPTS: f64 = 3.0;
 
 /// Calls and instructions a call, by name, as the example counted them.
 fn counted() -> HashMap<String, (f64, f64)> {
@@ -117,28 +117,28 @@ fn the_sampling_takes_a_tenth_of_the_core_at_most_and_the_page_says_how_much() {
     }
     let counted = counted();
     let (events, event) = counted["event"];
-    let (patrols, patrol) = counted["patrol"];
+    let (polls, poll) = counted["poll"];
     let (frames, frame) = counted["frame"];
     let (_, useless) = counted["useless"];
     // 1000 rounds last 8 s.
     let events = events / 8.0;
-    assert!((events - VISITS * 29.0).abs() < 1.0, "{events} events");
-    assert!((patrols / 8.0 - PATROLS).abs() < 2.0, "{patrols} patrols");
+    assert!((events - READOUTS * 29.0).abs() < 1.0, "{events} events");
+    assert!((polls / 8.0 - POLLS).abs() < 2.0, "{polls} polls");
 
     let cycles = |instructions: f64| instructions * CYCLES_PER_INSTRUCTION;
     let shares = [
         ("events of the buses", events * cycles(event)),
         ("their interrupts", events * INTERRUPT),
-        ("access to the units", VISITS * ACCESSES * ACCESS),
-        ("looking for stops", VISITS * STOPS * STOP_S * CORE_HZ),
+        ("access to the units", READOUTS * ACCESSES * ACCESS),
+        ("looking for stops", READOUTS * STOPS * STOP_S * CORE_HZ),
         (
             "repeated starts",
-            VISITS * RESTARTS * (RESTART_S * CORE_HZ + cycles(useless) / 2.0),
+            READOUTS * RESTARTS * (RESTART_S * CORE_HZ + cycles(useless) / 2.0),
         ),
-        ("patrol", PATROLS * cycles(patrol)),
+        ("poll", POLLS * cycles(poll)),
         (
             "timer and executor",
-            PATROLS * (cycles(EXECUTOR) + PATROL_INTERRUPTS * 24.0),
+            POLLS * (cycles(EXECUTOR) + POLL_INTERRUPTS * 24.0),
         ),
         (
             "frames of the robot's bus",
@@ -148,7 +148,7 @@ fn the_sampling_takes_a_tenth_of_the_core_at_most_and_the_page_says_how_much() {
     .map(|(name, cycles)| (name, 100.0 * cycles / CORE_HZ));
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let story = format!(
-        "event {event:.0}, useless {useless:.0}, patrol {patrol:.0}, frame {frame:.0}, clock \
+        "event {event:.0}, useless {useless:.0}, poll {poll:.0}, frame {frame:.0}, clock \
          {:.0} instructions; {shares:.2?}; {total:.2} %",
         counted["clock"].1
     );

@@ -6,17 +6,23 @@
 
 use std::time::{Duration, Instant};
 
-use amiro_ipf::can::CanState;
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
+use amiro_ipf::board::offsets::{OffsetOrigin, OffsetReport, Offsets};
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
+use amiro_ipf::board::supervision::{
+    CoreRegisters, FailureCause, ImageCheck, MAX_PLACE_BYTES, Mode, PostMortem, ResetCause,
+    Supervision,
+};
 use amiro_ipf::checksum::Digest;
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorFault, SensorState};
 use amiro_ipf::filter::{
     FilterParameters, NothingDraw, Outcome, ParticleSet, Profile, SurvivalRule,
 };
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::link::{
-    BoardStatus, Boot, BusHealth, BusState, CanHealth, ClockSource, Decoder, Encoder, FAULTS_CHUNK,
-    Frame, FrameError, Health, MAX_FRAME, Message, OffsetReport, Received, SCENARIO_CHUNK,
-    SensorHealth, Status, Truth, WINDOW, WIRE_VERSION,
+    BoardStatus, Boot, ClockSource, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME,
+    Message, Received, SCENARIO_CHUNK, Status, Truth, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
@@ -25,9 +31,6 @@ use amiro_ipf::node::{
     SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule,
 };
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::supervision::{
-    Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
-};
 use proptest::prelude::*;
 
 const DOCUMENT: &str = include_str!("../../docs/protocol.md");
@@ -179,8 +182,8 @@ fn example_status() -> Status {
 
 /// A robot with a sensor that is unplugged and one that touches a wall.
 fn example_post_mortem(file: &str) -> PostMortem {
-    let mut record = PostMortem::new(Cause::StackOverflow, 263, 12_375).at(file, 77);
-    record.registers = Registers {
+    let mut record = PostMortem::new(FailureCause::StackOverflow, 263, 12_375).at(file, 77);
+    record.registers = CoreRegisters {
         pc: 0x0800_1234,
         lr: 0x0800_5679,
         psr: 0x2100_0000,
@@ -578,7 +581,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     ]);
     assert_eq!(amiro_ipf::checksum::CRC.checksum(b"123456789"), 0xcbf4_3926);
     // The board's line is the firmware's alone: its source is all a host can ask.
-    let board = include_str!("../../src/bin/firmware/board/mod.rs");
+    let board = include_str!("../../src/bin/firmware/hal/mod.rs");
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
     let budget = include_str!("../../src/board/budget.rs");
@@ -754,12 +757,12 @@ fn word(number: usize, name: &impl std::fmt::Debug) -> String {
     format!("{number} `{name}`")
 }
 
-const CAUSES: [Cause; 5] = [
-    Cause::Panic,
-    Cause::Fault,
-    Cause::StackOverflow,
-    Cause::Watchdog,
-    Cause::Clock,
+const CAUSES: [FailureCause; 5] = [
+    FailureCause::Panic,
+    FailureCause::Fault,
+    FailureCause::StackOverflow,
+    FailureCause::Watchdog,
+    FailureCause::Clock,
 ];
 const MODES: [Mode; 4] = [
     Mode::Normal,
@@ -1013,7 +1016,7 @@ fn longest_messages() -> Vec<Message> {
             step: u32::MAX,
             uptime_ms: u32::MAX,
             line: u32::MAX,
-            registers: Registers {
+            registers: CoreRegisters {
                 pc: u32::MAX,
                 lr: u32::MAX,
                 psr: u32::MAX,
@@ -1022,7 +1025,7 @@ fn longest_messages() -> Vec<Message> {
                 hfsr: u32::MAX,
                 address: u32::MAX,
             },
-            ..example_post_mortem(&"x".repeat(PLACE))
+            ..example_post_mortem(&"x".repeat(MAX_PLACE_BYTES))
         }),
         Message::Supervision(Supervision {
             stack_unused: u32::MAX,
@@ -1264,7 +1267,7 @@ fn any_post_mortem() -> impl Strategy<Value = PostMortem> {
     let cause = prop::sample::select(&CAUSES[..]);
     (any::<([u32; 10], String)>(), cause).prop_map(|((n, file), cause)| {
         let mut record = PostMortem::new(cause, n[0], n[1]).at(&file, n[2]);
-        record.registers = Registers {
+        record.registers = CoreRegisters {
             pc: n[3],
             lr: n[4],
             psr: n[5],

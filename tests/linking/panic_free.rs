@@ -22,14 +22,29 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
-    use amiro_ipf::can::{Frame, Identifier};
-    use amiro_ipf::driver::{Bus, OffsetMeasurement, Offsets, ProximityRing, STORE_BYTES, at24c01};
+    use amiro_ipf::board::acquisition::Acquisition;
+    use amiro_ipf::board::acquisition::{Acquisition, Bus, ProximityRing};
+    use amiro_ipf::board::acquisition::{Bus, ProximityRing};
+    use amiro_ipf::board::calibration::OffsetMeasurement;
+    use amiro_ipf::board::calibration::OffsetMeasurement;
+    use amiro_ipf::board::can::{CanFrame, CanIdentifier};
+    use amiro_ipf::board::can::{CanFrame, CanIdentifier};
+    use amiro_ipf::board::eeprom;
+    use amiro_ipf::board::offsets::{Offsets, STORE_BYTES};
+    use amiro_ipf::board::offsets::{Offsets, STORE_BYTES};
+    use amiro_ipf::board::supervision::{
+        BootHistory, HISTORY_WORDS, LoadGuard, PostMortem, RECORD_WORDS,
+    };
+    use amiro_ipf::board::supervision::{BootHistory, LoadGuard, PostMortem};
     use amiro_ipf::filter::ParticleSet;
+    use amiro_ipf::filter::ParticleSet;
+    use amiro_ipf::link::DeviceEndpoint;
+    use amiro_ipf::link::{Boot, ClockSource};
     use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint};
+    use amiro_ipf::node::Node;
     use amiro_ipf::node::seed::from_words;
+    use amiro_ipf::node::{self, from_words};
     use amiro_ipf::node::{Node, seed};
-    use amiro_ipf::senses::Senses;
-    use amiro_ipf::supervision::{LIVES, Lives, LoadGuard, PostMortem, WORDS};
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
 
@@ -49,7 +64,7 @@ mod alone {
         };
         let mut terminal = DeviceEndpoint::new(Node::new(SET), boot, 0);
         let mut ring = ProximityRing::new();
-        let mut senses = Senses::new();
+        let mut senses = Acquisition::new();
         loop {
             sense(&mut ring);
             sense_whole(&mut senses);
@@ -69,7 +84,7 @@ mod alone {
     fn sense(ring: &mut ProximityRing) {
         let now_us = black_box(0);
         for bus in [Bus::I2c1, Bus::I2c2] {
-            let branch = ring.branch_mut(bus);
+            let branch = ring.bus_mut(bus);
             branch.begin_round(now_us, black_box(true));
             while let Some(transaction) = branch.next(black_box(now_us)) {
                 black_box((&transaction, transaction.clocks()));
@@ -91,24 +106,24 @@ mod alone {
         ring.set_offsets(offsets.counts);
         let mut bytes = black_box([0; STORE_BYTES]);
         offsets.encode(&mut bytes);
-        for part in at24c01::writes(at24c01::ADDRESS_AMIRO, black_box(0), &bytes) {
+        for part in eeprom::writes(eeprom::ADDRESS_AMIRO, black_box(0), &bytes) {
             black_box(part);
         }
-        for part in at24c01::reads(at24c01::ADDRESS_AMIRO, black_box(0), black_box(36)) {
+        for part in eeprom::reads(eeprom::ADDRESS_AMIRO, black_box(0), black_box(36)) {
             black_box(part);
         }
     }
 
     /// Whatever comes over the robot's bus, at any time.
-    fn sense_whole(senses: &mut Senses) {
+    fn sense_whole(senses: &mut Acquisition) {
         let now_us = black_box(0);
         for bus in [Bus::I2c1, Bus::I2c2] {
             black_box(senses.next(bus, now_us));
             senses.answer(bus, now_us, black_box(Ok(&[0; 16][..])));
         }
         black_box(senses.poll(now_us));
-        let identifier = black_box(Identifier::Extended(0));
-        let frame = Frame::received(
+        let identifier = black_box(CanIdentifier::Extended(0));
+        let frame = CanFrame::received(
             identifier,
             black_box(false),
             black_box(8),
@@ -128,13 +143,13 @@ mod alone {
 
     /// Whatever the last life left behind.
     fn supervise() {
-        let record = PostMortem::from_words(&black_box([0; WORDS]));
+        let record = PostMortem::from_words(&black_box([0; RECORD_WORDS]));
         black_box(record.map(|record| record.at(black_box(""), 0).to_words()));
-        let mut lives = Lives::begin(black_box([0; LIVES + 3]), black_box(true));
-        lives.live_on(black_box(0));
-        black_box((lives.is_loop(), lives.to_words()));
+        let mut history = BootHistory::begin(black_box([0; HISTORY_WORDS]), black_box(true));
+        history.record_uptime(black_box(0));
+        black_box((history.is_loop(), history.to_words()));
         let mut load = LoadGuard::new(black_box(0));
-        black_box(load.took(black_box(0), black_box(0)));
+        black_box(load.on_step(black_box(0), black_box(0)));
         black_box(from_words(&black_box([0; seed::WORDS])));
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::driver::{BusFault, Transaction};
+use amiro_ipf::board::i2c::{BusFault, BusTransaction};
 use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use super::{Device, FakeBus, LineFault};
@@ -92,7 +92,7 @@ impl<P: Device> FakeBus<P> {
     ///
     /// # Errors
     /// As the bus's `I2c`.
-    pub fn run(&mut self, transaction: &Transaction) -> Result<Vec<u8>, FakeBusError> {
+    pub fn run(&mut self, transaction: &BusTransaction) -> Result<Vec<u8>, FakeBusError> {
         let (address, write) = (transaction.address(), transaction.to_write());
         let mut read = vec![0; transaction.to_read()];
         match (write.is_empty(), read.is_empty()) {

@@ -1,6 +1,8 @@
 //! The AMiRo's two buses, populated.
 
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01};
+use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, Bus};
+use amiro_ipf::board::eeprom;
+use amiro_ipf::board::i2c::muxed_bus::MUX_ADDRESS;
 use amiro_ipf::model::SENSORS;
 use amiro_ipf::random::{Generator, uniform_below};
 
@@ -15,7 +17,7 @@ const PERIOD_NS: u32 = 8_000_000;
 /// For a sensor beyond 7.
 #[must_use]
 pub const fn on_sensor(sensor: usize, fault: SensorFault) -> Fault {
-    let channel = AMIRO_PLACES[sensor].channel.number();
+    let channel = AMIRO_CONNECTIONS[sensor].channel.number();
     Fault::Sensor { channel, fault }
 }
 
@@ -35,7 +37,7 @@ impl RobotParts {
         let sensors = core::array::from_fn(|_| Vcnl4020Model::default());
         Self {
             mux: Pca9544aModel::new(MUX_ADDRESS.bits(), sensors),
-            memory: (bus == 1).then(|| At24c01Model::new(at24c01::ADDRESS_AMIRO)),
+            memory: (bus == 1).then(|| At24c01Model::new(eeprom::ADDRESS_AMIRO)),
         }
     }
 }
@@ -114,7 +116,7 @@ impl RobotBuses {
     /// # Panics
     /// For a sensor beyond 7.
     pub fn sensor_mut(&mut self, sensor: usize) -> &mut Vcnl4020Model {
-        let channel = AMIRO_PLACES[sensor].channel.number();
+        let channel = AMIRO_CONNECTIONS[sensor].channel.number();
         self.bus_of_mut(sensor)
             .parts_mut()
             .mux
@@ -126,7 +128,7 @@ impl RobotBuses {
     /// # Panics
     /// For a sensor beyond 7.
     pub fn bus_of_mut(&mut self, sensor: usize) -> &mut FakeBus<RobotParts> {
-        match AMIRO_PLACES[sensor].bus {
+        match AMIRO_CONNECTIONS[sensor].bus {
             Bus::I2c1 => &mut self.one,
             Bus::I2c2 => &mut self.two,
         }
@@ -231,7 +233,7 @@ mod tests {
         let measured: Vec<u8> = (0..SENSORS)
             .map(|sensor| {
                 buses.sensor_mut(sensor).queue_signals(1..=200);
-                let channel = AMIRO_PLACES[sensor].channel.number();
+                let channel = AMIRO_CONNECTIONS[sensor].channel.number();
                 let bus = buses.bus_of_mut(sensor);
                 read(bus, channel);
                 bus.advance(1_000_000_000);

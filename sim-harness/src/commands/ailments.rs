@@ -1,7 +1,8 @@
 //! What is wrong with a robot, in a line.
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::link::{BusState, Health, Status};
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusState, Health};
+use amiro_ipf::link::Status;
 use sim_harness::console;
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
@@ -80,8 +81,10 @@ pub(super) fn counters_in_words(counters: &[(String, u32)]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::driver::{SensorFault, SensorState};
-    use amiro_ipf::link::SensorHealth;
+    use amiro_ipf::board::health::SensorHealth;
+    use amiro_ipf::board::health::SensorHealth;
+    use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
+    use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 
     use super::*;
 

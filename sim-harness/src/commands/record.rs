@@ -5,7 +5,8 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::link::{Health, Message, Status};
+use amiro_ipf::board::health::Health;
+use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::SensorMask;
 use amiro_ipf::node::{Event, Fault};
 use clap::Args;

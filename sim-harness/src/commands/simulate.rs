@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::slice;
 
-use amiro_ipf::link::{BusState, Health};
+use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::model::SENSORS;
 use clap::Args;
 use sim_harness::faults::{Faults, SimulatedDrive};

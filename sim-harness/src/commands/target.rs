@@ -5,9 +5,9 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::board::supervision::{ImageCheck, Mode, Supervision};
 use amiro_ipf::link::Message;
 use amiro_ipf::node::Config;
-use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
 use sim_harness::link::{
     Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
 };

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::Bus;
 use amiro_ipf::model::SENSORS;
 
 /// A part of the robot that can break. The serial line is not among them.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::driver::DEFAULT_OFFSET;
+use amiro_ipf::board::proximity_sensor::DEFAULT_OFFSET;
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::Input;
 use amiro_ipf::random::{Generator, uniform};

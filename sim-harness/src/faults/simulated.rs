@@ -3,8 +3,9 @@
 use std::io::{Error, Write};
 use std::time::Duration;
 
+use amiro_ipf::board::health::Health;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::link::{Health, Truth};
+use amiro_ipf::link::Truth;
 use amiro_ipf::node::Input;
 
 use super::Faults;

@@ -5,12 +5,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
+use amiro_ipf::board::offsets::OffsetReport;
+use amiro_ipf::board::supervision::PostMortem;
 use amiro_ipf::link::{
-    Boot, Decoder, Encoder, Frame, MAX_FRAME, Message, MessageRef, OffsetReport, Received,
-    WIRE_VERSION,
+    Boot, Decoder, Encoder, Frame, MAX_FRAME, Message, MessageRef, Received, WIRE_VERSION,
 };
 use amiro_ipf::node::Fault;
-use amiro_ipf::supervision::PostMortem;
 
 use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
 use super::junk::JunkWatch;

@@ -8,8 +8,9 @@
 
 use std::hash::{BuildHasher, RandomState};
 
-use amiro_ipf::link::{Boot, Frame, Message, OffsetReport};
-use amiro_ipf::supervision::PostMortem;
+use amiro_ipf::board::offsets::OffsetReport;
+use amiro_ipf::board::supervision::PostMortem;
+use amiro_ipf::link::{Boot, Frame, Message};
 
 /// Frames from the `Boot` of an answer to its `Answer`: `PostMortem` and `Offsets` may
 /// lie between them.

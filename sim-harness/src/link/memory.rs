@@ -8,10 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use amiro_ipf::BUILD_ID;
+use amiro_ipf::board::acquisition::{Acquisition, BUSES};
 use amiro_ipf::filter::ParticleSet;
 use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint, Message, Priority, WINDOW, WIRE_VERSION};
 use amiro_ipf::node::Node;
-use amiro_ipf::senses::{BUSES, Senses};
 
 use super::Board;
 use crate::bus::RobotBuses;
@@ -99,7 +99,7 @@ impl Board {
 
 /// A robot's senses and the parts that they ask.
 struct Body {
-    senses: Senses,
+    senses: Acquisition,
     buses: RobotBuses,
     now_us: u64,
 }
@@ -107,7 +107,7 @@ struct Body {
 impl Body {
     fn new(buses: RobotBuses) -> Self {
         Self {
-            senses: Senses::new(),
+            senses: Acquisition::new(),
             buses,
             now_us: 0,
         }

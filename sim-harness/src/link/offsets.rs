@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::driver::OffsetOrigin;
-use amiro_ipf::link::{Message, OffsetReport};
+use amiro_ipf::board::offsets::{OffsetOrigin, OffsetReport};
+use amiro_ipf::link::Message;
 
 use super::{Board, LinkError, drive};
 

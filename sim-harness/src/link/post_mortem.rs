@@ -1,6 +1,6 @@
 //! Saying how a board's last life ended.
 
-use amiro_ipf::supervision::PostMortem;
+use amiro_ipf::board::supervision::PostMortem;
 
 use crate::escape::whole_escaped;
 
@@ -22,13 +22,13 @@ pub fn post_mortem_in_words(record: &PostMortem) -> String {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::supervision::Cause;
+    use amiro_ipf::board::supervision::FailureCause;
 
     use super::*;
 
     #[test]
     fn a_place_that_is_none_does_nothing_to_the_terminal() {
-        let record = PostMortem::new(Cause::Panic, 3, 1_500);
+        let record = PostMortem::new(FailureCause::Panic, 3, 1_500);
         let hostile = record.clone().at("\x1b[2J\r\nall is well", 77);
         let words = post_mortem_in_words(&hostile);
         assert!(!words.chars().any(char::is_control), "{words:?}");

@@ -1,6 +1,7 @@
 //! The parts of the robot when its power comes up.
 
-use amiro_ipf::driver::{DEFAULT_OFFSET, OffsetOrigin, Offsets, STORE_BYTES};
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets, STORE_BYTES};
+use amiro_ipf::board::proximity_sensor::DEFAULT_OFFSET;
 use amiro_ipf::model::{SENSORS, SensorMask};
 
 use super::scripted::plug;

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::Bus;
 
 /// What can break.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::can::{Frame, StandardId};
+use amiro_ipf::board::can::{CanFrame, StandardId};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, uniform};
 
@@ -20,7 +20,7 @@ pub(super) struct Arrived {
     /// When the pose that was sent was reckoned.
     pub(super) updated_us: u64,
     /// What it carries.
-    pub(super) frame: Frame,
+    pub(super) frame: CanFrame,
 }
 
 /// The frames between the board that sends them and the one that hears them.
@@ -69,7 +69,7 @@ impl FrameWay {
         let mut frame = sent.frame(carried_m);
         if is_garbled {
             let [high, low] = [noise.bits(), noise.bits()].map(u64::from);
-            frame = Frame::data(StandardId::ODOMETRY, (high << 32 | low).to_le_bytes());
+            frame = CanFrame::data(StandardId::ODOMETRY, (high << 32 | low).to_le_bytes());
         }
         // Frames never overtake each other.
         let last_us = self.on_the_way.back().map_or(0, |last| last.at_us);

@@ -2,7 +2,7 @@
 //!
 //! Where [`simulate_with`](crate::world::simulate_with) says what a node would be told,
 //! a [`Robot`] has the core find it out: the world's counts are in the registers of the
-//! eight sensors when their own clocks say so, [`Senses`](amiro_ipf::senses::Senses)
+//! eight sensors when their own clocks say so, [`Acquisition`](amiro_ipf::board::acquisition::Acquisition)
 //! reads them over multiplexers and buses, byte for byte, and the pose comes in the
 //! frames of the robot's bus. [`RobotFaults`] break what can break.
 //!

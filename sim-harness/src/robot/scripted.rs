@@ -2,8 +2,7 @@
 
 use core::ops::Range;
 
-use amiro_ipf::driver::Bus;
-use amiro_ipf::senses::ROUND_US;
+use amiro_ipf::board::acquisition::{Bus, ROUND_US};
 
 use super::{BusTrouble, MuxTrouble, RobotFaults, Trouble};
 use crate::bus::{Fault, MuxFault, Outages, Random, RobotBuses, Script, SensorFault, on_sensor};

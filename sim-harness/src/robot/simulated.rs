@@ -2,14 +2,16 @@
 
 use std::collections::VecDeque;
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::driver::{Bus, SensorState, Transaction};
+use amiro_ipf::board::acquisition::{Acquisition, BUSES, Bus, CanAction};
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{CanHealth, Health};
+use amiro_ipf::board::i2c::BusTransaction;
+use amiro_ipf::board::offsets::OffsetReport;
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::link::{CanHealth, Health, OffsetReport};
 use amiro_ipf::model::SENSORS;
 use amiro_ipf::node::{Input, SeedSource};
 use amiro_ipf::random::Generator;
-use amiro_ipf::senses::{BUSES, Heard, Senses};
 
 use super::bring_up::buses;
 use super::frames::FrameWay;
@@ -81,7 +83,7 @@ pub struct Robot {
     seed: u64,
     clocks: SensorClocks,
     buses: RobotBuses,
-    senses: Senses,
+    senses: Acquisition,
     wheels: WheelBoard,
     frames: FrameWay,
     now_us: u64,
@@ -134,7 +136,7 @@ impl Robot {
             seed,
             clocks: rhythm.sensors,
             buses,
-            senses: Senses::new(),
+            senses: Acquisition::new(),
             now_us: 0,
             patrols: 0,
             prepared_ns: [None; SENSORS],
@@ -206,7 +208,7 @@ impl Robot {
     }
 
     /// Executes a bus's transactions, one after the other, until a patrol's time is over.
-    fn serve(&mut self, bus: Bus, pending: Option<Transaction>, until_us: u64) {
+    fn serve(&mut self, bus: Bus, pending: Option<BusTransaction>, until_us: u64) {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
         while let Some(transaction) = next {
@@ -229,7 +231,7 @@ impl Robot {
         }
         while let Some(arrived) = self.frames.arrived_by(self.now_us) {
             let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
-            if let Heard::Input(input) = heard {
+            if let CanAction::Input(input) = heard {
                 self.reports.push_back(Report {
                     at_us: arrived.at_us,
                     said: Said::Pose {

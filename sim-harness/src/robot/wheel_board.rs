@@ -1,6 +1,6 @@
 //! The board that drives the wheels and tells the others where the robot is.
 
-use amiro_ipf::can::{self, Frame};
+use amiro_ipf::board::can::{self, CanFrame};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::Generator;
 
@@ -25,7 +25,7 @@ pub(super) struct Sent {
 
 impl Sent {
     /// The frame, of a robot that was carried away by so many metres.
-    pub(super) fn frame(&self, carried_m: [f32; 2]) -> Frame {
+    pub(super) fn frame(&self, carried_m: [f32; 2]) -> CanFrame {
         let [x, y] = carried_m;
         let mut pose = self.pose;
         pose.position.x += x;

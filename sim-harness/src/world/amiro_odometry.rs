@@ -1,6 +1,6 @@
 //! The odometry messages of the AMiRo's bus, bit for bit.
 
-use amiro_ipf::can::TransmittedPose;
+use amiro_ipf::board::can::TransmittedPose;
 use amiro_ipf::geometry::Pose;
 
 use super::Drive;

@@ -9,13 +9,12 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
-use amiro_ipf::driver::{OffsetOrigin, Offsets};
+use amiro_ipf::board::offsets::{OffsetOrigin, OffsetReport, Offsets};
+use amiro_ipf::board::supervision::{FailureCause, ImageCheck, Mode, PostMortem, Supervision};
 use amiro_ipf::link::{
-    Boot, ClockSource, Decoder, Encoder, Frame, Message, MessageRef, OffsetReport, Received,
-    Status, WIRE_VERSION,
+    Boot, ClockSource, Decoder, Encoder, Frame, Message, MessageRef, Received, Status, WIRE_VERSION,
 };
 use amiro_ipf::node::{Event, Fault, Input};
-use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
 use serialport::{SerialPort, TTYPort};
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
@@ -197,7 +196,7 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
     let port = plug(|input| {
         let (events, refused) = match input {
             Some(Message::Hello) => {
-                let died = PostMortem::new(Cause::Panic, 263, 12_375).at("src/node.rs", 77);
+                let died = PostMortem::new(FailureCause::Panic, 263, 12_375).at("src/node.rs", 77);
                 (vec![boot(WIRE_VERSION), Message::PostMortem(died)], None)
             }
             Some(_) => (Vec::new(), Some(Fault::SafeMode)),
@@ -236,7 +235,7 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     let port = plug(move |input| {
         let events = match input {
             Some(Message::Hello) if lives > 0 => {
-                let died = PostMortem::new(Cause::Watchdog, 5, 1_000);
+                let died = PostMortem::new(FailureCause::Watchdog, 5, 1_000);
                 vec![boot(WIRE_VERSION), Message::PostMortem(died)]
             }
             Some(Message::Hello) => vec![boot(WIRE_VERSION)],
@@ -278,7 +277,7 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     // The second part tells it too.
     let second = sim_harness::log::read(Path::new(&folder.file("drive.2.ipf"))).unwrap();
     let told = second.messages.iter().any(
-        |event| matches!(event, Message::PostMortem(record) if record.cause == Cause::Watchdog),
+        |event| matches!(event, Message::PostMortem(record) if record.cause == FailureCause::Watchdog),
     );
     assert!(told, "{:?}", second.messages);
 }

@@ -9,11 +9,11 @@ use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use amiro_ipf::board::supervision::{FailureCause, PostMortem};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{Encoder, Message};
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Input};
-use amiro_ipf::supervision::{Cause, PostMortem};
 use sim_harness::log::RecordingWriter;
 
 /// Text that would clear a terminal, set its title, go back in the line and begin a line
@@ -113,7 +113,7 @@ fn assert_harmless(what: &str, output: &Output) {
 #[test]
 fn no_text_of_a_recording_reaches_the_terminal_with_its_control_characters() {
     let folder = Folder::new("hostile-recording");
-    let died = PostMortem::new(Cause::Panic, 1, 2).at(HOSTILE, 3);
+    let died = PostMortem::new(FailureCause::Panic, 1, 2).at(HOSTILE, 3);
     let header =
         "PRV 0\tPRV 1\tPRV 2\tPRV 3\tPRV 4\tPRV 5\tPRV 6\tPRV 7\tX [ym]\tY [ym]\tTheta [yrad]\n";
     let named = format!("name = \"{HOSTILE}\"\nabout = \"\"\n");

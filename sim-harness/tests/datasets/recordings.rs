@@ -7,11 +7,12 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use amiro_ipf::board::health::Health;
+use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::link::{
-    BoardStatus, DeviceEndpoint, Encoder, FrameError, Health, MAX_FRAME, Message, MessageRef,
-    OffsetReport, Truth,
+    BoardStatus, DeviceEndpoint, Encoder, FrameError, MAX_FRAME, Message, MessageRef, Truth,
 };
 use amiro_ipf::model::{Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Event, Input, Node, SampleSelection, Source, StepRule};

@@ -2,13 +2,12 @@
 //!
 //! Overflow checks are on in this build, so that an unguarded `+` ends a test.
 
-use amiro_ipf::can;
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::{Acquisition, Bus};
+use amiro_ipf::board::can;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Input, Node, StepRule};
-use amiro_ipf::senses::Senses;
 use proptest::prelude::*;
 use sim_harness::faults::Faults;
 use sim_harness::log::{RecordingWriter, read_from};
@@ -182,7 +181,7 @@ proptest! {
         if is_sorted {
             times.sort_unstable();
         }
-        let mut senses = Senses::new();
+        let mut senses = Acquisition::new();
         for (count, &now_us) in times.iter().enumerate() {
             let x = count as f32 * if count % 3 == 0 { 0.008 } else { 0.004 };
             senses.take_frame(now_us, &can::odometry(&Pose::new(x, 0.0, 0.0)));

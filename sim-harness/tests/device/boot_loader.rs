@@ -1,11 +1,11 @@
 //! The flash image behind a boot loader that leaves the core in a bad state, in QEMU.
 
+use amiro_ipf::board::supervision::{Mode, PostMortem, Supervision};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::Message;
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Input};
-use amiro_ipf::supervision::{Mode, PostMortem, Supervision};
 use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
 
@@ -14,7 +14,7 @@ use crate::common;
 /// Start of the image, and its vector table.
 const IMAGE: u32 = 0x0800_8000;
 
-// Registers of the core (ARMv7-M Architecture Reference Manual, B3.2 to B3.5).
+// CoreRegisters of the core (ARMv7-M Architecture Reference Manual, B3.2 to B3.5).
 const SYST_CSR: u32 = 0xe000_e010;
 const SYST_RVR: u32 = 0xe000_e014;
 const NVIC_ISER: u32 = 0xe000_e100;

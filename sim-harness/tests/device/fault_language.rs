@@ -3,9 +3,10 @@
 //!
 //! Names that begin with f01 to f23 are entries of the fault catalogue.
 
-use amiro_ipf::driver::{SensorFault, SensorState};
+use amiro_ipf::board::health::{BusState, Health};
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::filter::Profile;
-use amiro_ipf::link::{BusState, Encoder, Health, Truth};
+use amiro_ipf::link::{Encoder, Truth};
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Fault as Refusal, Input};
 use proptest::prelude::*;

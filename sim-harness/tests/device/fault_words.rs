@@ -8,10 +8,12 @@ mod shape;
 use std::collections::BTreeSet;
 use std::io::Error;
 
-use amiro_ipf::driver::OffsetRefusal;
-use amiro_ipf::link::{Boot, FrameError, Health, Message, OffsetReport, Status, WIRE_VERSION};
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::health::Health;
+use amiro_ipf::board::offsets::OffsetReport;
+use amiro_ipf::board::supervision::{PostMortem, Supervision};
+use amiro_ipf::link::{Boot, FrameError, Message, Status, WIRE_VERSION};
 use amiro_ipf::node::{Config, Event, Fault, Particles, StepBegun, StepDone};
-use amiro_ipf::supervision::{PostMortem, Supervision};
 use sim_harness::link::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
@@ -64,7 +66,7 @@ const ENUMS: [(&str, Option<&str>); 19] = [
     ("CanState", Some("## The robot's own bus")),
     ("Mode", Some("## The image itself")),
     ("ImageCheck", Some("## The image itself")),
-    ("Cause", Some("## The image itself")),
+    ("FailureCause", Some("## The image itself")),
     ("ResetCause", Some("## The image itself")),
     ("ClockSource", Some("## The image itself")),
     ("SeedSource", Some("## The image itself")),
@@ -95,7 +97,7 @@ const STRUCTS: [(&str, Option<&str>); 24] = [
     ("BusHealth", Some("## A bus of sensors")),
     ("CanHealth", Some("## The robot's own bus")),
     ("PostMortem", Some("## The image itself")),
-    ("Registers", Some("## The image itself")),
+    ("CoreRegisters", Some("## The image itself")),
     ("Supervision", Some("## The image itself")),
 ];
 

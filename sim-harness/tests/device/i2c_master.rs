@@ -6,12 +6,14 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use amiro_ipf::driver::{BusFault, LONGEST_READ, LONGEST_WRITE, Transaction};
+use amiro_ipf::board::i2c::{
+    self, BusFault, BusLine, BusTransaction, I2cMaster, I2cRegister, I2cRegisters, I2cTiming,
+    LONGEST_READ, LONGEST_WRITE, TransferProgress,
+};
 
 use sim_harness::bus::{At24c01Model, Pca9544aModel, Vcnl4020Model};
 
-use crate::i2c_model::{Bench, FOR_EVER, Fault, PATROL_NS, Part, Seen, Stuck};
-use amiro_ipf::board::i2c::{self, Line, Master, Progress, Register, Registers, Timing};
+use crate::i2c_model::{Bench, FOR_EVER, Fault, POLL_NS, Part, Seen, Stuck};
 
 const ADDRESS: u8 = 0x13;
 
@@ -23,8 +25,8 @@ fn answer(length: usize) -> Vec<u8> {
     (0..length as u8).map(Part::byte).collect()
 }
 
-fn transaction(write: usize, read: usize) -> Transaction {
-    Transaction::new(ADDRESS, &bytes(write), read as u8)
+fn transaction(write: usize, read: usize) -> BusTransaction {
+    BusTransaction::new(ADDRESS, &bytes(write), read as u8)
 }
 
 /// What a part sees of a transaction that nothing disturbs.
@@ -83,7 +85,7 @@ fn every_shape_arrives_whole() {
     let part = Part::at(ADDRESS);
     let mut bench = Bench::new(part.clone(), 1);
     all_shapes_arrive(&mut bench, &part, "in time");
-    assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
+    assert_eq!(*bench.master.counters(), i2c::MasterCounters::default());
 }
 
 #[test]
@@ -117,7 +119,7 @@ fn any_one_interrupt_may_be_300_us_late() {
     }
 }
 
-/// The three sequences that go through `undisturbed` need it: with interruptions inside
+/// The three sequences that go through `without_interrupts` need it: with interruptions inside
 /// them the model shows a lost or doubled byte.
 #[test]
 fn reads_go_wrong_where_interrupts_come_between() {
@@ -168,12 +170,12 @@ fn the_robots_parts_understand_the_master() {
     let mut bench = Bench::new(Pca9544aModel::new(0x77, sensors), 12);
     bench.lateness_ns = 10_000;
     // Nobody behind the mux until a channel is selected; it reads back.
-    let product = Transaction::new(0x13, &[0x81], 1);
+    let product = BusTransaction::new(0x13, &[0x81], 1);
     assert_eq!(bench.run(&product), Err(BusFault::NoSuchPart));
     for channel in 0..4 {
-        let select = Transaction::new(0x77, &[4 | channel], 0);
+        let select = BusTransaction::new(0x77, &[4 | channel], 0);
         assert_eq!(bench.run(&select), Ok(vec![]));
-        let back = bench.run(&Transaction::new(0x77, &[], 1));
+        let back = bench.run(&BusTransaction::new(0x77, &[], 1));
         assert_eq!(back.map(|control| control[0] & 7), Ok(4 | channel));
         // Product 2, revision 1.
         assert_eq!(bench.run(&product), Ok(vec![0x21]));
@@ -184,9 +186,9 @@ fn the_robots_parts_understand_the_master() {
 fn a_memory_keeps_a_page_that_the_master_wrote() {
     let mut bench = Bench::new(At24c01Model::new(0x50), 13);
     let page = [0x18, 1, 2, 3, 4, 5, 6, 7, 8];
-    assert_eq!(bench.run(&Transaction::new(0x50, &page, 0)), Ok(vec![]));
+    assert_eq!(bench.run(&BusTransaction::new(0x50, &page, 0)), Ok(vec![]));
     // Deaf while it writes.
-    let look = Transaction::new(0x50, &[0x18], 8);
+    let look = BusTransaction::new(0x50, &[0x18], 8);
     assert_eq!(bench.run(&look), Err(BusFault::NoSuchPart));
     let done_ns = bench.now_ns() + 10_000_000;
     bench.idle_until(done_ns);
@@ -196,8 +198,14 @@ fn a_memory_keeps_a_page_that_the_master_wrote() {
 #[test]
 fn a_second_transaction_is_refused() {
     let mut bench = Bench::new(Part::at(ADDRESS), 1);
-    assert_eq!(bench.master.begin(&transaction(1, 0), 0), Progress::Running);
-    assert_eq!(bench.master.begin(&transaction(1, 0), 0), Progress::Refused);
+    assert_eq!(
+        bench.master.begin(&transaction(1, 0), 0),
+        TransferProgress::Running
+    );
+    assert_eq!(
+        bench.master.begin(&transaction(1, 0), 0),
+        TransferProgress::Refused
+    );
 }
 
 #[test]
@@ -227,9 +235,9 @@ fn f02_a_refusal_at_any_byte_ends_the_transaction_and_frees_the_bus() {
             assert_eq!(part.take_seen(), seen(write, read), "after {story}");
         }
     }
-    let counters = i2c::counters::Counters {
+    let counters = i2c::MasterCounters {
         nacks: refusals,
-        ..i2c::counters::Counters::default()
+        ..i2c::MasterCounters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -238,7 +246,7 @@ fn f02_a_refusal_at_any_byte_ends_the_transaction_and_frees_the_bus() {
 #[test]
 fn f02_an_absent_part_is_told_from_a_present_one() {
     let mut bench = Bench::new(Part::at(ADDRESS), 2);
-    let absent = Transaction::new(ADDRESS + 1, &[], 0);
+    let absent = BusTransaction::new(ADDRESS + 1, &[], 0);
     assert_eq!(bench.run(&absent), Err(BusFault::NoSuchPart));
     assert_eq!(bench.run(&transaction(0, 0)), Ok(vec![]));
 }
@@ -264,10 +272,10 @@ fn f02_arbitration_lost_at_any_byte_ends_the_transaction() {
         }
     }
     // Nobody made a stop: the bus is freed by hand before the next start.
-    let counters = i2c::counters::Counters {
+    let counters = i2c::MasterCounters {
         arbitration: losses,
         recoveries: losses,
-        ..i2c::counters::Counters::default()
+        ..i2c::MasterCounters::default()
     };
     assert_eq!(*bench.master.counters(), counters);
     assert_eq!(bench.unit.borrow().wrongs, [""; 0]);
@@ -306,20 +314,23 @@ fn f02_an_error_that_comes_while_another_is_served_is_not_cleared() {
         ..Frozen::default()
     };
     let written = frozen.written.clone();
-    let mut master = Master::new(frozen, Timing::fast(42_000_000), 0);
-    assert_eq!(master.begin(&transaction(1, 4), 0), Progress::Running);
-    assert_eq!(master.on_error(1), Progress::Running);
+    let mut master = I2cMaster::new(frozen, I2cTiming::fast(42_000_000), 0);
+    assert_eq!(
+        master.begin(&transaction(1, 4), 0),
+        TransferProgress::Running
+    );
+    assert_eq!(master.on_error(1), TransferProgress::Running);
     // Writing zero clears a flag.
     let last = written.borrow().last().copied();
     let (register, value) = last.unwrap();
-    assert_eq!(register, Register::Sr1);
+    assert_eq!(register, I2cRegister::Sr1);
     assert_eq!(value & (BERR | AF), AF);
 }
 
 #[test]
 fn f02_counters_stay_at_their_greatest_value() {
     let mut bench = Bench::new(Part::at(ADDRESS), 2);
-    let absent = Transaction::new(ADDRESS + 1, &[], 0);
+    let absent = BusTransaction::new(ADDRESS + 1, &[], 0);
     for _ in 0..=u32::from(u16::MAX) {
         assert_eq!(bench.run(&absent), Err(BusFault::NoSuchPart));
     }
@@ -351,7 +362,7 @@ fn f03_a_part_that_holds_sda_at_any_byte_is_clocked_free() {
                 let by_hand_ns = 2500 * u64::from(bench.unit.borrow().half_clocks);
                 let ended_ns = bench.now_ns() - bench.unit.borrow().struck_ns;
                 longest_ns = longest_ns.max(ended_ns - by_hand_ns);
-                assert!(!bench.master.is_dead(), "{story}");
+                assert!(!bench.master.is_held_low(), "{story}");
                 part.take_seen();
                 let result = bench.run(&transaction(write, read));
                 assert_eq!(result, Ok(answer(read)), "after {story}");
@@ -373,9 +384,9 @@ fn f03_the_start_frees_a_bus_that_a_reset_left_in_mid_byte() {
     for clocks in 1..=9 {
         let part = Part::at(ADDRESS);
         let mut bench = Bench::after(part, 5, |unit| unit.data_held = clocks);
-        assert!(!bench.master.is_dead(), "{clocks} clocks");
+        assert!(!bench.master.is_held_low(), "{clocks} clocks");
         assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
-        assert_eq!(*bench.master.counters(), i2c::counters::Counters::default());
+        assert_eq!(*bench.master.counters(), i2c::MasterCounters::default());
     }
 }
 
@@ -384,7 +395,7 @@ fn attempts_ms(bench: &mut Bench, end_ms: u64) -> Vec<u64> {
     let mut attempts = Vec::new();
     let mut before = bench.master.counters().recoveries;
     while bench.now_ns() < end_ms * 1_000_000 {
-        let next_ns = bench.now_ns() + PATROL_NS;
+        let next_ns = bench.now_ns() + POLL_NS;
         bench.idle_until(next_ns);
         let now = bench.master.counters().recoveries;
         if now != before {
@@ -399,7 +410,7 @@ fn attempts_ms(bench: &mut Bench, end_ms: u64) -> Vec<u64> {
 fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
     let part = Part::at(ADDRESS);
     let mut bench = Bench::after(part.clone(), 6, |unit| unit.data_held = FOR_EVER);
-    assert!(bench.master.is_dead());
+    assert!(bench.master.is_held_low());
     let attempts = attempts_ms(&mut bench, 4_000);
     let waits: Vec<u64> = [0]
         .iter()
@@ -410,7 +421,7 @@ fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
     let nominal = [10, 20, 40, 80, 160, 320, 640, 1000, 1000];
     assert_eq!(waits.len(), nominal.len(), "{waits:?}");
     for (wait, nominal) in waits.iter().zip(nominal) {
-        // A patrol late, and whole milliseconds.
+        // A poll late, and whole milliseconds.
         assert!((nominal..=nominal + 2).contains(wait), "{waits:?}");
     }
     // Meanwhile nobody waits for it.
@@ -420,7 +431,7 @@ fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
     // Let go, it is found alive by itself; the next fault begins with the short wait.
     bench.unit.borrow_mut().data_held = 0;
     attempts_ms(&mut bench, 5_500);
-    assert!(!bench.master.is_dead());
+    assert!(!bench.master.is_held_low());
     assert_eq!(bench.run(&transaction(1, 4)), Ok(answer(4)));
     bench.unit.borrow_mut().data_held = FOR_EVER;
     assert_eq!(bench.run(&transaction(1, 4)), Err(BusFault::HeldLow));
@@ -445,7 +456,7 @@ fn f03_the_other_bus_bears_a_recovery() {
         assert_eq!(well.run(&transaction(1, 4)), Ok(answer(4)), "call {call}");
         assert_eq!(part.take_seen(), seen(1, 4), "call {call}");
     }
-    assert_eq!(*well.master.counters(), i2c::counters::Counters::default());
+    assert_eq!(*well.master.counters(), i2c::MasterCounters::default());
 }
 
 #[test]
@@ -463,7 +474,7 @@ fn f04_scl_held_low_at_any_byte_makes_the_bus_dead_within_a_millisecond() {
             assert!(ended_ns <= DETECT_NS, "{story}: {ended_ns} ns");
             let half_clocks = bench.unit.borrow().half_clocks - half_clocks;
             assert!(half_clocks <= RECOVERY_HALF_CLOCKS, "{story}");
-            assert!(bench.master.is_dead(), "{story}");
+            assert!(bench.master.is_held_low(), "{story}");
             assert_eq!(bench.master.counters().overdue, 1, "{story}");
             // Let go, it is back after the first wait.
             bench.unit.borrow_mut().clock_held = false;
@@ -521,19 +532,19 @@ fn f05_a_stuck_unit_is_well_after_the_start() {
 struct Frozen {
     status: u16,
     pins: bool,
-    written: Rc<RefCell<Vec<(Register, u16)>>>,
+    written: Rc<RefCell<Vec<(I2cRegister, u16)>>>,
     half_clocks: Rc<RefCell<u32>>,
 }
 
-impl Registers for Frozen {
-    fn read(&mut self, register: Register) -> u16 {
+impl I2cRegisters for Frozen {
+    fn read(&mut self, register: I2cRegister) -> u16 {
         match register {
-            Register::Sr1 => self.status,
+            I2cRegister::Sr1 => self.status,
             _ => 0,
         }
     }
 
-    fn write(&mut self, register: Register, value: u16) {
+    fn write(&mut self, register: I2cRegister, value: u16) {
         self.written.borrow_mut().push((register, value));
     }
 
@@ -541,11 +552,11 @@ impl Registers for Frozen {
 
     fn return_pins(&mut self) {}
 
-    fn pull(&mut self, _: Line) {}
+    fn pull(&mut self, _: BusLine) {}
 
-    fn release(&mut self, _: Line) {}
+    fn release(&mut self, _: BusLine) {}
 
-    fn is_high(&mut self, _: Line) -> bool {
+    fn is_high(&mut self, _: BusLine) -> bool {
         self.pins
     }
 
@@ -553,7 +564,7 @@ impl Registers for Frozen {
         *self.half_clocks.borrow_mut() += 1;
     }
 
-    fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+    fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         work(self)
     }
 }
@@ -562,13 +573,16 @@ impl Registers for Frozen {
 fn f04_a_machine_without_the_unit_is_a_dead_bus() {
     let frozen = Frozen::default();
     let half_clocks = frozen.half_clocks.clone();
-    let mut master = Master::new(frozen, Timing::fast(42_000_000), 0);
+    let mut master = I2cMaster::new(frozen, I2cTiming::fast(42_000_000), 0);
     let mut now_us = 0;
     for _ in 0..10_000 {
-        assert_eq!(master.begin(&transaction(1, 4), now_us), Progress::Done);
+        assert_eq!(
+            master.begin(&transaction(1, 4), now_us),
+            TransferProgress::Done
+        );
         assert_eq!(master.result(), Err(BusFault::HeldLow));
         now_us += 500;
-        assert_eq!(master.patrol(now_us), Progress::Idle);
+        assert_eq!(master.poll(now_us), TransferProgress::Idle);
     }
     // Five seconds: at 0 and after 10, 20, 40, ... 640 ms, then each second.
     assert_eq!(master.counters().recoveries, 7 + 3);
@@ -581,13 +595,13 @@ fn f05_a_unit_that_never_answers_is_overdue_within_a_millisecond() {
         pins: true,
         ..Frozen::default()
     };
-    let mut master = Master::new(frozen, Timing::fast(42_000_000), 0);
+    let mut master = I2cMaster::new(frozen, I2cTiming::fast(42_000_000), 0);
     for transactions in 1..=100 {
         let begun_us = transactions * 10_000;
         let begun = master.begin(&transaction(1, 4), begun_us);
-        assert_eq!(begun, Progress::Running);
-        assert_eq!(master.patrol(begun_us + 399), Progress::Running);
-        assert_eq!(master.patrol(begun_us + 400), Progress::Done);
+        assert_eq!(begun, TransferProgress::Running);
+        assert_eq!(master.poll(begun_us + 399), TransferProgress::Running);
+        assert_eq!(master.poll(begun_us + 400), TransferProgress::Done);
         assert_eq!(master.result(), Err(BusFault::Overdue));
         assert_eq!(u64::from(master.counters().recoveries), transactions);
     }
@@ -602,20 +616,23 @@ fn f05_an_event_that_never_goes_away_lets_the_patrol_run() {
         ..Frozen::default()
     };
     let written = frozen.written.clone();
-    let mut master = Master::new(frozen, Timing::fast(42_000_000), 0);
-    assert_eq!(master.begin(&transaction(1, 4), 0), Progress::Running);
+    let mut master = I2cMaster::new(frozen, I2cTiming::fast(42_000_000), 0);
+    assert_eq!(
+        master.begin(&transaction(1, 4), 0),
+        TransferProgress::Running
+    );
     let listens = || {
         let written = written.borrow();
         let last = written
             .iter()
-            .rfind(|(register, _)| *register == Register::Cr2);
+            .rfind(|(register, _)| *register == I2cRegister::Cr2);
         last.is_some_and(|(_, value)| value & ITEVTEN != 0)
     };
     let calls = (0..1000)
-        .take_while(|_| listens() && master.on_event(1) == Progress::Running)
+        .take_while(|_| listens() && master.on_event(1) == TransferProgress::Running)
         .count();
     assert_eq!(calls, 32);
-    assert_eq!(master.patrol(500), Progress::Done);
+    assert_eq!(master.poll(500), TransferProgress::Done);
     assert_eq!(master.result(), Err(BusFault::Overdue));
 }
 
@@ -632,12 +649,12 @@ fn timing_follows_the_peripheral_bus() {
     ] {
         let frozen = Frozen::default();
         let written = frozen.written.clone();
-        Master::new(frozen, Timing::fast(bus_hz), 0);
+        I2cMaster::new(frozen, I2cTiming::fast(bus_hz), 0);
         let written = written.borrow();
         for wanted in [
-            (Register::Cr2, megahertz),
-            (Register::Ccr, 0x8000 | thirds),
-            (Register::Trise, rise),
+            (I2cRegister::Cr2, megahertz),
+            (I2cRegister::Ccr, 0x8000 | thirds),
+            (I2cRegister::Trise, rise),
         ] {
             assert!(written.contains(&wanted), "{bus_hz}: {wanted:?}");
         }

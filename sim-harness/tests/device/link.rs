@@ -7,12 +7,14 @@
 use std::time::{Duration, Instant};
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, STORE_BYTES};
+use amiro_ipf::board::calibration::OffsetRefusal;
+use amiro_ipf::board::health::Health;
+use amiro_ipf::board::offsets::{OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
-    BoardStatus, Decoder, DeviceEndpoint, Encoder, Frame, Health, Message, MessageRef, Received,
-    Status, Truth, WIRE_VERSION,
+    BoardStatus, Decoder, DeviceEndpoint, Encoder, Frame, Message, MessageRef, Received, Status,
+    Truth, WIRE_VERSION,
 };
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Fault, Input, Node, Source};

@@ -2,8 +2,8 @@
 //!
 //! Names that begin with f01 to f31 are entries of the fault catalogue.
 
-use amiro_ipf::can::TransmittedPose;
-use amiro_ipf::driver::{SensorFault, SensorState};
+use amiro_ipf::board::can::TransmittedPose;
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{DeviceEndpoint, Encoder, Message};

@@ -10,10 +10,12 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::board::supervision::{
+    FailureCause, ImageCheck, Mode, PostMortem, ResetCause, Supervision,
+};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Fault, Input, Source, StepRule};
-use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 
@@ -208,7 +210,7 @@ fn f55_a_panic_comes_back_as_its_place_after_the_reset() {
     bench.panic_at("src/some/where.rs", 4242);
     let (record, supervision) = bench.next_life();
     let record = record.unwrap();
-    assert_eq!(record.cause, Cause::Panic);
+    assert_eq!(record.cause, FailureCause::Panic);
     assert_eq!(
         (record.place.as_str(), record.line),
         ("src/some/where.rs", 4242)
@@ -232,7 +234,7 @@ fn f56_an_undefined_instruction_comes_back_with_its_address() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::Fault);
+    assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     // Usage fault: undefined instruction.
     assert_eq!(record.registers.cfsr >> 16, 1, "{record:?}");
@@ -250,7 +252,7 @@ fn f56_an_access_to_nothing_comes_back_with_both_addresses() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::Fault);
+    assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     assert_eq!(record.registers.address, 0x6000_0000, "{record:?}");
 }
@@ -275,7 +277,7 @@ fn f5c_an_interrupt_without_a_handler_comes_back_as_its_number() {
             debugger.set_register(PC, SCRATCH);
         });
         let record = bench.next_life().0.unwrap();
-        assert_eq!(record.cause, Cause::Panic, "{record:?}");
+        assert_eq!(record.cause, FailureCause::Panic, "{record:?}");
         assert_eq!(record.place, "unhandled exception");
         assert_eq!(record.line, exception);
         let pc = record.registers.pc;
@@ -294,7 +296,7 @@ fn f57_a_stack_that_meets_its_guard_comes_back_as_that() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::StackOverflow, "{record:?}");
+    assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
 #[test]
@@ -311,7 +313,7 @@ fn f57_a_stack_pointer_within_the_guard_is_survived_too() {
         debugger.set_register(PC, SCRATCH);
     });
     let record = bench.next_life().0.unwrap();
-    assert_eq!(record.cause, Cause::StackOverflow, "{record:?}");
+    assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
 #[test]
@@ -355,7 +357,7 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
     )
     .unwrap();
     assert_eq!(parts, 2);
-    assert_eq!(ends, [(Cause::Panic, "src/node.rs".to_owned(), 77)]);
+    assert_eq!(ends, [(FailureCause::Panic, "src/node.rs".to_owned(), 77)]);
     for (place, file) in files.iter().enumerate() {
         let recording = log::read_from(&file.0.borrow()[..]).unwrap();
         assert!(recording.refusals.is_empty(), "{}", recording.refusals);

@@ -1,28 +1,28 @@
-//! Time: the monotonic, the beats, and how long work takes.
+//! Time: the monotonic, the heartbeat counter, and how long work takes.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::SYST;
 use rtic_monotonics::systick::prelude::*;
 
-/// Ticks a second: what hangs on a bus is noticed within two of them.
+/// Ticks per second: a hanging bus is detected within two of them.
 const TICK_HZ: u32 = 2_000;
 
 systick_monotonic!(Mono, 2_000);
 
-/// Beats, eight a second, that nobody has attended to yet.
-pub(crate) static BEATS: BeatCounter = BeatCounter(AtomicU32::new(0));
+/// Heartbeats, 8 per second, that `run` has not handled yet.
+pub(crate) static HEARTBEATS: HeartbeatCounter = HeartbeatCounter(AtomicU32::new(0));
 
-/// Counts from one task to another.
-pub(crate) struct BeatCounter(AtomicU32);
+/// A counter that one task increments and another takes.
+pub(crate) struct HeartbeatCounter(AtomicU32);
 
-impl BeatCounter {
-    /// One more beat.
+impl HeartbeatCounter {
+    /// Counts one heartbeat.
     pub(crate) fn count(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The beats since the last call.
+    /// The heartbeats since the last call.
     pub(crate) fn take(&self) -> u32 {
         self.0.swap(0, Ordering::Relaxed)
     }
@@ -47,7 +47,7 @@ fn tick_and_cycles(cycles_per_tick: u32) -> (u64, u32) {
     read()
 }
 
-/// Tells the time in microseconds.
+/// A clock in microseconds.
 #[derive(Clone, Copy)]
 pub(crate) struct Microseconds {
     cycles_per_tick: u32,
@@ -85,7 +85,7 @@ impl CycleCounter {
 
     /// Core clock cycles since start, from the tick and the timer below it.
     ///
-    /// In an emulator that counts one instruction a nanosecond these are
+    /// In an emulator that counts one instruction per nanosecond these are
     /// instructions x 0.168.
     pub(crate) fn now(&self) -> u64 {
         let (tick, cycles) = tick_and_cycles(self.cycles_per_tick);

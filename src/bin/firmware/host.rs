@@ -1,4 +1,4 @@
-//! What the firmware binary says when it is run on a host.
+//! Prints the memory budget when the binary runs on a host.
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -1,16 +1,17 @@
 //! The serial line and its two queues.
 //!
 //! Single producer, single consumer, no lock: the interrupt fills one queue and
-//! empties the other, `think` does the opposite.
+//! empties the other, `run` does the opposite.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use amiro_ipf::board::supervision::Task;
 use amiro_ipf::link::{MAX_FRAME, Priority};
-use amiro_ipf::supervision::Task;
+use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 
-use crate::watch::ROLL;
+use crate::requests::TASKS;
 use amiro_ipf::board::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
 /// Received bytes lost for want of room or to line errors.
@@ -34,7 +35,7 @@ impl Waiting {
         })
     }
 
-    /// The bytes that are not out yet.
+    /// The bytes that are not sent yet.
     fn rest(&self, sent: u32) -> &[u8] {
         let range = sent as usize..self.length as usize;
         self.bytes.get(range).unwrap_or_default()
@@ -56,11 +57,11 @@ impl Queues {
         }
     }
 
-    /// The three ends: the interrupt's, and `think`'s two.
-    pub(crate) fn split(&'static mut self, usart: USART2) -> (Line, Inbox, Outbox) {
+    /// The three ends: one for the interrupt, two for `run`.
+    pub(crate) fn split(&'static mut self, usart: USART2) -> (SerialLine, Inbox, Outbox) {
         let (received, receiving) = self.received.split();
         let (to_send, sending) = self.to_send.split();
-        let line = Line {
+        let line = SerialLine {
             usart,
             received,
             sending,
@@ -77,21 +78,21 @@ impl Queues {
 }
 
 /// The interrupt's side.
-pub(crate) struct Line {
+pub(crate) struct SerialLine {
     usart: USART2,
     received: Producer<'static, u8>,
     sending: Consumer<'static, Waiting>,
-    /// Bytes of the first waiting frame that are out.
+    /// Bytes of the first waiting frame that are sent.
     sent: u32,
 }
 
-impl Line {
-    /// Takes what has arrived and sends what waits; whether `think` has something to do.
+impl SerialLine {
+    /// Takes what has arrived and sends what waits; whether `run` has work.
     pub(crate) fn move_bytes(&mut self) -> bool {
-        let came = self.receive();
-        let room = self.send();
-        self.listen();
-        came || room
+        let has_received = self.receive();
+        let has_room = self.send();
+        self.enable_interrupts();
+        has_received || has_room
     }
 
     /// Takes a byte if one has arrived.
@@ -112,7 +113,7 @@ impl Line {
     }
 
     /// Sends while the line is ready, at most one frame, so that a line that is always
-    /// ready starves nobody; whether `think` has room enough again.
+    /// ready does not starve other tasks; whether `run` has enough room again.
     fn send(&mut self) -> bool {
         let Some(frame) = self.sending.peek() else {
             return false;
@@ -129,7 +130,7 @@ impl Line {
         self.sending.len() == SEND_QUEUE - 1 - INPUT_ROOM
     }
 
-    fn listen(&mut self) {
+    fn enable_interrupts(&mut self) {
         let waiting = self.sending.ready();
         self.usart
             .cr1()
@@ -144,7 +145,7 @@ pub(crate) fn take_byte(port: &USART1) -> u8 {
     port.dr().read().dr().bits() as u8
 }
 
-/// Received bytes, for `think`.
+/// Received bytes, for `run`.
 pub(crate) struct Inbox {
     receiving: Consumer<'static, u8>,
 }
@@ -155,13 +156,13 @@ impl Inbox {
         LOST.load(Ordering::Relaxed)
     }
 
-    /// The next byte that came, if any.
+    /// The next received byte, if any.
     pub(crate) fn next(&mut self) -> Option<u8> {
         self.receiving.dequeue()
     }
 }
 
-/// Frames to send, for `think`.
+/// Frames to send, for `run`.
 pub(crate) struct Outbox {
     to_send: Producer<'static, Waiting>,
     sent: u32,
@@ -171,7 +172,7 @@ pub(crate) struct Outbox {
 impl Outbox {
     /// Queues a frame, or drops it and counts it.
     ///
-    /// Details leave a reserve for everything else; nothing ever waits.
+    /// Particle frames leave a reserve for all other frames; nothing waits.
     pub(crate) fn send(&mut self, frame: &[u8], importance: Priority) {
         let reserve = match importance {
             Priority::BestEffort => RESERVE,
@@ -185,8 +186,8 @@ impl Outbox {
             &mut self.dropped
         };
         *counter = counter.wrapping_add(1);
-        // A long step lives as long as it says something.
-        ROLL.report(Task::Think);
+        // A long step has checked in as long as it sends frames.
+        TASKS.check_in(Task::Run);
         rtic::pend(Interrupt::USART2);
     }
 

@@ -1,18 +1,17 @@
-//! The last resort: write down where, start over.
+//! The panic handler: keeps a post-mortem record and resets.
 
 use core::panic::PanicInfo;
 
-use amiro_ipf::supervision::Cause;
+use amiro_ipf::board::supervision::FailureCause;
 use defmt_rtt as _;
 
-use crate::board;
+use crate::hal;
 
-/// Keeps the place for the next life and resets: a robot must not stand dead on the
-/// floor.
+/// Keeps the panic's place for the next boot and resets, so that the robot goes on.
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
-    let record = board::record_of(Cause::Panic);
+    let record = hal::record_of(FailureCause::Panic);
     let record = match info.location() {
         Some(location) => {
             defmt::error!("panic at {}:{}", location.file(), location.line());
@@ -20,6 +19,6 @@ fn panic(info: &PanicInfo<'_>) -> ! {
         }
         None => record,
     };
-    board::keep(&record);
+    hal::keep(&record);
     cortex_m::peripheral::SCB::sys_reset()
 }

@@ -1,21 +1,25 @@
-//! What `think` does: beats and received bytes in, frames out.
+//! The work of `run`: heartbeats, reports and received bytes in, frames out.
 
+use amiro_ipf::board::supervision::{LoadGuard, Mode, Supervision, Task};
+use amiro_ipf::config::{Config, Source};
+use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::filter::ParticleSet;
+use amiro_ipf::input::Input;
 use amiro_ipf::link::{BoardStatus, DeviceEndpoint, Message};
 use amiro_ipf::node::{Config, Input, Node, Source};
-use amiro_ipf::supervision::{LoadGuard, Mode, Supervision, Task};
+use amiro_ipf::wire::Terminal;
 
-use crate::board::{self, Introduction, Loader};
-use crate::clock::{BEATS, CycleCounter, uptime_ms};
+use crate::clock::{CycleCounter, HEARTBEATS, uptime_ms};
+use crate::hal::{self, BootInfo, Loader};
 use crate::link::{Inbox, Outbox};
-use crate::sampler::{Report, Reported, want_calibration};
-use crate::watch::{ROLL, is_shutdown_wanted};
+use crate::requests::{TASKS, is_shutdown_requested};
+use crate::sampler::{Report, Reported, request_calibration};
 use amiro_ipf::board::budget::{CAPACITY, INPUT_ROOM, RECEIVE_QUEUE};
 
-/// Beats between two looks at the stack: a second.
+/// Heartbeats between two supervision messages: one second.
 const SUPERVISED_EVERY: u32 = 8;
 
-/// How long a step may take, microseconds: four fifths of a beat.
+/// Budget of a step, microseconds: four fifths of a heartbeat.
 const STEP_BUDGET_US: u64 = 100_000;
 
 /// The portable program between its queues.
@@ -31,25 +35,25 @@ pub(crate) struct Program {
     supervision: Supervision,
     load: LoadGuard,
     loader: Option<Loader>,
-    beats: u32,
+    heartbeats: u32,
 }
 
 impl Program {
-    /// A program that has introduced itself and, unless something keeps it from that,
-    /// begun with the robot's own senses.
+    /// A program that has sent its boot messages and, in normal mode, is configured for
+    /// the robot's own readings.
     pub(crate) fn start(
         particles: &'static mut ParticleSet<CAPACITY>,
-        introduction: Introduction,
+        boot_info: BootInfo,
         (reported, inbox, outbox): (Reported, Inbox, Outbox),
     ) -> Self {
-        let Introduction {
+        let BootInfo {
             boot,
             boot_id,
             seed,
             post_mortem,
             supervision,
             loader,
-        } = introduction;
+        } = boot_info;
         let mut program = Self {
             terminal: DeviceEndpoint::new(Node::new(particles), boot, boot_id),
             reported,
@@ -62,7 +66,7 @@ impl Program {
             supervision,
             load: LoadGuard::new(STEP_BUDGET_US),
             loader,
-            beats: 0,
+            heartbeats: 0,
         };
         let Self {
             terminal, outbox, ..
@@ -73,7 +77,7 @@ impl Program {
         }
         program.publish(&Message::Supervision(supervision));
         if supervision.mode == Mode::Normal {
-            program.inject(&Input::Configure(Config {
+            program.handle(&Input::Configure(Config {
                 seed,
                 source: Source::Board,
                 ..Config::default()
@@ -91,7 +95,7 @@ impl Program {
         });
     }
 
-    fn inject(&mut self, input: &Input) {
+    fn handle(&mut self, input: &Input) {
         self.timed(|terminal, outbox| {
             terminal.inject(input, &mut |frame, importance| {
                 outbox.send(frame, importance);
@@ -99,47 +103,47 @@ impl Program {
         });
     }
 
-    /// Attends to beats, to one report and to one input, until there is none of them.
-    pub(crate) fn think(&mut self) {
+    /// Handles heartbeats, one report and one input at a time, until none is left.
+    pub(crate) fn run(&mut self) {
         loop {
-            ROLL.report(Task::Think);
-            self.attend_to_beats();
-            let reported = self.attend_to_report();
-            if !self.attend_to_input() && !reported {
+            TASKS.check_in(Task::Run);
+            self.on_heartbeat();
+            let reported = self.on_report();
+            if !self.on_input() && !reported {
                 break;
             }
         }
     }
 
-    /// Takes what the robot's senses report; whether there was anything.
+    /// Handles one report of the sampler; whether there was one.
     ///
-    /// Waits for no room: a robot that drives cannot be stopped by a slow line. Particle
-    /// frames are dropped then, and counted.
-    fn attend_to_report(&mut self) -> bool {
+    /// Does not wait for room: a slow line must not delay a driving robot's steps.
+    /// Particle frames are dropped then, and counted.
+    fn on_report(&mut self) -> bool {
         let Some(report) = self.reported.dequeue() else {
             return false;
         };
         match report {
-            Report::Input(input) => self.inject(&input),
+            Report::Input(input) => self.handle(&input),
             Report::Health(health) => self.publish(&Message::Health(health)),
             Report::Offsets(offsets) => self.publish(&Message::Offsets(offsets)),
         }
         true
     }
 
-    /// After a beat: the board's own tick, if it is to make them, and a status.
-    fn attend_to_beats(&mut self) {
-        let beats = BEATS.take();
-        if beats == 0 {
+    /// After a heartbeat: the board's own tick, if it makes them, and a status.
+    fn on_heartbeat(&mut self) {
+        let heartbeats = HEARTBEATS.take();
+        if heartbeats == 0 {
             return;
         }
         self.status.uptime_ms = uptime_ms();
         if self.terminal.node().status().own_ticks {
-            self.status.overruns = self.status.overruns.wrapping_add(beats - 1);
+            self.status.overruns = self.status.overruns.wrapping_add(heartbeats - 1);
             let stamp_us = self.status.uptime_ms * 1000;
-            self.inject(&Input::Tick { stamp_us });
+            self.handle(&Input::Tick { stamp_us });
         }
-        board::live_on(self.status.uptime_ms, self.steps_seen);
+        hal::record_uptime(self.status.uptime_ms, self.steps_seen);
         self.supervise();
         self.status.sent_frames = self.outbox.sent();
         self.status.dropped_frames = self.outbox.dropped();
@@ -151,33 +155,33 @@ impl Program {
         });
     }
 
-    /// After a beat: what the board says of itself, once a second and when it is to be
-    /// switched off.
+    /// After a heartbeat: the supervision message, once per second and when a shutdown was
+    /// requested.
     fn supervise(&mut self) {
-        self.beats = self.beats.wrapping_add(1);
+        self.heartbeats = self.heartbeats.wrapping_add(1);
         if self.supervision.mode == Mode::ShuttingDown {
-            // It was said a beat ago and is on its way.
+            // The message was queued at the heartbeat before.
             if let Some(loader) = self.loader {
                 loader.shut_down();
             }
-        } else if is_shutdown_wanted() {
+        } else if is_shutdown_requested() {
             self.supervision.mode = Mode::ShuttingDown;
             self.publish(&Message::Supervision(self.supervision));
         }
-        if self.beats.is_multiple_of(SUPERVISED_EVERY) {
-            self.supervision.stack_unused = board::unused_stack();
+        if self.heartbeats.is_multiple_of(SUPERVISED_EVERY) {
+            self.supervision.stack_unused = hal::unused_stack();
             self.publish(&Message::Supervision(self.supervision));
         }
     }
 
-    /// Lowers the number of particles if a step of the robot's own took too long. A
-    /// host's inputs are never thinned out: it waits for its answers.
-    fn mind_the_load(&mut self, cycles: u32) {
+    /// Lowers the number of particles if a step of the board's own readings took too
+    /// long. A host waits for its answers, so its inputs are never limited.
+    fn limit_load(&mut self, cycles: u32) {
         let node = self.terminal.node();
         let is_own = node.config().source == Source::Board || node.status().own_ticks;
         let configured = node.config().particles_per_sensor;
         let step_us = u64::from(cycles / self.cycles_per_us.max(1));
-        if is_own && let Some(particles_per_sensor) = self.load.took(step_us, configured) {
+        if is_own && let Some(particles_per_sensor) = self.load.on_step(step_us, configured) {
             let limit = Input::Limit {
                 particles_per_sensor,
             };
@@ -188,12 +192,12 @@ impl Program {
         }
     }
 
-    /// Takes bytes up to the end of a frame, or a queue full of garbage, so that a
-    /// beat never waits for more; whether there may be more.
+    /// Takes bytes up to the end of a frame, or one queue full of garbage, so that a
+    /// heartbeat never waits for more; whether there may be more.
     ///
-    /// Waits, by doing nothing, until all events of an input have room in the queue:
-    /// an injected run loses nothing. The line wakes `think` when that is so.
-    fn attend_to_input(&mut self) -> bool {
+    /// Does nothing until all events of an input have room in the queue, so that a run
+    /// from the host loses nothing. The line releases `run` when there is room.
+    fn on_input(&mut self) -> bool {
         if self.outbox.room() < INPUT_ROOM {
             return false;
         }
@@ -207,7 +211,7 @@ impl Program {
                 })
             });
             if self.terminal.take_calibration() {
-                want_calibration();
+                request_calibration();
             }
             if handled {
                 break;
@@ -216,7 +220,7 @@ impl Program {
         true
     }
 
-    /// Does some work and, if it stepped the filter, notes how long that took.
+    /// Does some work and, if it stepped the filter, records how long that took.
     fn timed<T>(
         &mut self,
         work: impl FnOnce(&mut DeviceEndpoint<'static, CAPACITY>, &mut Outbox) -> T,
@@ -230,13 +234,13 @@ impl Program {
             let most = if steps > self.steps_seen {
                 self.status.step_cycles_max
             } else {
-                self.load.start_over();
+                self.load.reset();
                 0
             };
             self.status.step_cycles = cycles;
             self.status.step_cycles_max = most.max(cycles);
             self.steps_seen = steps;
-            self.mind_the_load(cycles);
+            self.limit_load(cycles);
         }
         result
     }

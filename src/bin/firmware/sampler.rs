@@ -1,54 +1,57 @@
-//! The robot's senses between the buses' interrupts and the queue to `think`.
+//! Connects the buses' interrupts with the acquisition and the queue to `run`.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use amiro_ipf::can::CanState;
-use amiro_ipf::driver::Bus;
-use amiro_ipf::link::{BusHealth, BusState, CanHealth, Health, OffsetReport};
+use amiro_ipf::board::acquisition::{Acquisition, Bus, CanAction};
+use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health};
+
+use amiro_ipf::board::offsets::OffsetReport;
+use amiro_ipf::input::Input;
 use amiro_ipf::node::{Input, SeedSource};
-use amiro_ipf::senses::{Heard, Senses};
+use amiro_ipf::seed::SeedSource;
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 
-use crate::board::{BusOne, BusTwo, Can, SenseUnits, ShutdownLine};
 use crate::clock::Microseconds;
-use crate::watch::want_shutdown;
+use crate::hal::{AcquisitionUnits, BusOne, BusTwo, Can, ShutdownLine};
+use crate::requests::request_shutdown;
 use amiro_ipf::board::budget::REPORT_QUEUE;
-use amiro_ipf::board::i2c::{Master, Progress, Registers};
+use amiro_ipf::board::i2c::{I2cMaster, I2cRegisters, TransferProgress};
 
-/// Patrols between two reports of health: 8 Hz at 2 kHz.
+/// Polls between two reports of health: 8 Hz at 2 kHz.
 const HEALTH_EVERY: u32 = 250;
 
-/// Patrols between two looks at the CAN unit: 2 ms, a tenth of a frame's longest wait.
+/// Polls between two of the CAN controller: 2 ms, a tenth of a frame's longest wait.
 const CAN_EVERY: u32 = 4;
 
-/// Whether somebody wants the offsets measured anew.
-static CALIBRATION_WANTED: AtomicBool = AtomicBool::new(false);
+/// Whether a measurement of the offsets was requested.
+static CALIBRATION_REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Asks for new offsets, from any task.
-pub(crate) fn want_calibration() {
-    CALIBRATION_WANTED.store(true, Ordering::Relaxed);
+/// Requests a measurement of the offsets, from any task.
+pub(crate) fn request_calibration() {
+    CALIBRATION_REQUESTED.store(true, Ordering::Relaxed);
 }
 
-/// What `think` is told.
+/// What the sampler reports to `run`.
 pub(crate) enum Report {
     /// An input for the node.
     Input(Input),
-    /// How the parts are.
+    /// The state of the board's parts.
     Health(Health),
     /// The offsets were read, measured or refused.
     Offsets(OffsetReport),
 }
 
-/// The queue to `think`; a static of the image.
+/// The queue to `run`; a static of the image.
 pub(crate) type Reports = Queue<Report, REPORT_QUEUE>;
 
-/// The end of it that `think` has.
+/// The end of that queue that `run` takes from.
 pub(crate) type Reported = Consumer<'static, Report>;
 
-/// Senses, buses and the queue: whoever has it has all of them.
+/// The acquisition, its buses and the queue to `run`, under one lock.
 pub struct Sampler {
-    senses: Senses,
+    acquisition: Acquisition,
     one: BusOne,
     two: BusTwo,
     can: Can,
@@ -56,18 +59,18 @@ pub struct Sampler {
     shutdown_line: ShutdownLine,
     clock: Microseconds,
     reports: Producer<'static, Report>,
-    patrols: u32,
+    polls: u32,
 }
 
 impl Sampler {
-    /// A sampler that has asked nothing yet.
+    /// A sampler before its first transaction.
     pub(crate) fn new(
-        units: SenseUnits,
+        units: AcquisitionUnits,
         clock: Microseconds,
         reports: Producer<'static, Report>,
     ) -> Self {
         Self {
-            senses: Senses::new(),
+            acquisition: Acquisition::new(),
             one: units.one,
             two: units.two,
             can: units.can,
@@ -75,120 +78,119 @@ impl Sampler {
             shutdown_line: units.shutdown_line,
             clock,
             reports,
-            patrols: 0,
+            polls: 0,
         }
     }
 
     /// Serves a bus's event interrupt.
     pub(crate) fn on_event(&mut self, bus: Bus) {
         let now_us = self.clock.now();
-        let senses = &mut self.senses;
+        let acquisition = &mut self.acquisition;
         match bus {
-            Bus::I2c1 => {
-                let progress = self.one.on_event(now_us);
-                go_on(senses, &mut self.one, bus, progress, now_us);
-            }
-            Bus::I2c2 => {
-                let progress = self.two.on_event(now_us);
-                go_on(senses, &mut self.two, bus, progress, now_us);
-            }
+            Bus::I2c1 => serve(acquisition, &mut self.one, bus, now_us, I2cMaster::on_event),
+            Bus::I2c2 => serve(acquisition, &mut self.two, bus, now_us, I2cMaster::on_event),
         }
     }
 
     /// Serves a bus's error interrupt.
     pub(crate) fn on_error(&mut self, bus: Bus) {
         let now_us = self.clock.now();
-        let senses = &mut self.senses;
+        let acquisition = &mut self.acquisition;
         match bus {
-            Bus::I2c1 => {
-                let progress = self.one.on_error(now_us);
-                go_on(senses, &mut self.one, bus, progress, now_us);
-            }
-            Bus::I2c2 => {
-                let progress = self.two.on_error(now_us);
-                go_on(senses, &mut self.two, bus, progress, now_us);
-            }
+            Bus::I2c1 => serve(acquisition, &mut self.one, bus, now_us, I2cMaster::on_error),
+            Bus::I2c2 => serve(acquisition, &mut self.two, bus, now_us, I2cMaster::on_error),
         }
     }
 
-    /// Serves the robot's bus: takes the frames that came, three at most.
+    /// Takes the received frames of the CAN bus, three at most.
     pub(crate) fn on_frames(&mut self) {
         let now_us = self.clock.now();
         for frame in self.can.receive() {
-            match self.senses.take_frame(now_us, &frame) {
-                Heard::Input(input) => self.report(Report::Input(input)),
-                Heard::Shutdown => want_shutdown(),
-                Heard::Nothing => {}
+            match self.acquisition.take_frame(now_us, &frame) {
+                CanAction::Input(input) => self.report(Report::Input(input)),
+                CanAction::Shutdown => request_shutdown(),
+                CanAction::Nothing => {}
             }
         }
     }
 
-    /// Looks after time, every half millisecond: what is overdue, what is to begin, what
-    /// is to be told.
-    pub(crate) fn patrol(&mut self) {
+    /// Serves deadlines every half millisecond: overdue transactions, new rounds, frames
+    /// to send, reports.
+    pub(crate) fn poll(&mut self) {
         let now_us = self.clock.now();
-        let progress = self.one.patrol(now_us);
-        go_on(&mut self.senses, &mut self.one, Bus::I2c1, progress, now_us);
-        let progress = self.two.patrol(now_us);
-        go_on(&mut self.senses, &mut self.two, Bus::I2c2, progress, now_us);
-        if self.patrols.is_multiple_of(CAN_EVERY) {
-            self.can.patrol(now_us);
+        let acquisition = &mut self.acquisition;
+        serve(
+            acquisition,
+            &mut self.one,
+            Bus::I2c1,
+            now_us,
+            I2cMaster::poll,
+        );
+        serve(
+            acquisition,
+            &mut self.two,
+            Bus::I2c2,
+            now_us,
+            I2cMaster::poll,
+        );
+        if self.polls.is_multiple_of(CAN_EVERY) {
+            self.can.poll(now_us);
         }
         if self.shutdown_line.is_pulled() {
-            want_shutdown();
+            request_shutdown();
         }
         if self.can.health().state == CanState::On
-            && let Some(frame) = self.senses.frame_due(now_us)
+            && let Some(frame) = self.acquisition.frame_due(now_us)
         {
             // A frame without a mailbox is counted there.
             self.can.transmit(now_us, &frame);
         }
-        if CALIBRATION_WANTED.swap(false, Ordering::Relaxed) {
-            self.senses.calibrate();
+        if CALIBRATION_REQUESTED.swap(false, Ordering::Relaxed) {
+            self.acquisition.calibrate();
         }
-        if let Some(input) = self.senses.poll(now_us) {
+        if let Some(input) = self.acquisition.poll(now_us) {
             self.report(Report::Input(input));
         }
-        if let Some(offsets) = self.senses.take_offsets() {
+        if let Some(offsets) = self.acquisition.take_offsets() {
             self.report(Report::Offsets(offsets));
         }
-        self.patrols = self.patrols.wrapping_add(1);
-        if self.patrols.is_multiple_of(HEALTH_EVERY) {
+        self.polls = self.polls.wrapping_add(1);
+        if self.polls.is_multiple_of(HEALTH_EVERY) {
             let health = self.health(now_us);
             self.report(Report::Health(health));
         }
     }
 
     fn health(&self, now_us: u64) -> Health {
-        let [one, two] = self.senses.buses();
+        let [one, two] = self.acquisition.buses();
         let can = self.can.health();
         Health {
-            sensors: self.senses.sensors(now_us),
-            buses: [joined(one, &self.one), joined(two, &self.two)],
+            sensors: self.acquisition.sensors(now_us),
+            buses: [bus_health(one, &self.one), bus_health(two, &self.two)],
             can: CanHealth {
                 state: can.state,
                 overruns: narrow(can.overruns),
                 bus_offs: narrow(can.bus_offs),
                 unsent: narrow(can.given_up.saturating_add(can.refused)),
-                ..self.senses.can()
+                ..self.acquisition.can()
             },
             seed: self.seed,
-            offsets: self.senses.offset_origin(),
+            offsets: self.acquisition.offset_origin(),
         }
     }
 
-    /// Tells `think`. A report without room is lost: a reading or a pose of which the
-    /// next one comes soon. The queue holds the longest step's.
+    /// Reports to `run`. A report without room is lost; the next reading or pose follows
+    /// soon. The queue holds the reports of the longest step.
     fn report(&mut self, report: Report) {
         let _ = self.reports.enqueue(report);
         rtic::pend(Interrupt::TIM8_UP_TIM13);
     }
 }
 
-/// What the senses know of a bus, with what its master knows.
-fn joined<R: Registers>(known: BusHealth, master: &Master<R>) -> BusHealth {
+/// A bus's health from the acquisition, with its master's state.
+fn bus_health<R: I2cRegisters>(known: BusHealth, master: &I2cMaster<R>) -> BusHealth {
     BusHealth {
-        state: if master.is_dead() {
+        state: if master.is_held_low() {
             BusState::HeldLow
         } else {
             known.state
@@ -202,24 +204,36 @@ fn narrow(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
-/// Hands on what has ended on a bus and begins what comes next.
-///
-/// On a bus that is held low every transaction ends at once; the senses then have none
-/// left after one or two.
-fn go_on<R: Registers>(
-    senses: &mut Senses,
-    master: &mut Master<R>,
+/// Calls a bus's master and goes on with the transactions of its bus.
+fn serve<R: I2cRegisters>(
+    acquisition: &mut Acquisition,
+    master: &mut I2cMaster<R>,
     bus: Bus,
-    mut progress: Progress,
+    now_us: u64,
+    call: impl FnOnce(&mut I2cMaster<R>, u64) -> TransferProgress,
+) {
+    let progress = call(master, now_us);
+    advance(acquisition, master, bus, progress, now_us);
+}
+
+/// Hands on the transaction that ended on a bus and begins the next one.
+///
+/// On a bus that is held low every transaction ends at once; the acquisition then has no
+/// further one after one or two.
+fn advance<R: I2cRegisters>(
+    acquisition: &mut Acquisition,
+    master: &mut I2cMaster<R>,
+    bus: Bus,
+    mut progress: TransferProgress,
     now_us: u64,
 ) {
     loop {
         match progress {
-            Progress::Running | Progress::Refused => return,
-            Progress::Done => senses.answer(bus, now_us, master.result()),
-            Progress::Idle => {}
+            TransferProgress::Running | TransferProgress::Refused => return,
+            TransferProgress::Done => acquisition.answer(bus, now_us, master.result()),
+            TransferProgress::Idle => {}
         }
-        let Some(transaction) = senses.next(bus, now_us) else {
+        let Some(transaction) = acquisition.next(bus, now_us) else {
             return;
         };
         progress = master.begin(&transaction, now_us);

@@ -1,13 +1,13 @@
-//! Frames that wait to be sent: three places in the unit.
+//! The unit's three mailboxes of frames to send.
 
-use crate::can::{Frame, Identifier};
+use super::{CanFrame, CanIdentifier};
 
-use super::registers::{IDE, RTR, Register, Registers, TXRQ};
+use super::registers::{CanRegister, CanRegisters, IDE, RTR, TXRQ};
 
-/// Longest wait of a frame, microseconds; whatever it says is old by then.
-pub(super) const MOST_WAIT_US: u64 = 20_000;
+/// Longest wait of a frame, microseconds; its content is outdated then.
+pub(super) const MAX_WAIT_US: u64 = 20_000;
 
-/// TSR: the mailbox's request is done; written to clear what is known of it.
+/// TSR: the mailbox's request is done; written to clear its flags.
 const fn completed(mailbox: usize) -> u32 {
     1 << (8 * mailbox)
 }
@@ -17,7 +17,7 @@ const fn sent(mailbox: usize) -> u32 {
     1 << (8 * mailbox + 1)
 }
 
-/// TSR: give the request up.
+/// TSR: abort the request.
 const fn abort(mailbox: usize) -> u32 {
     1 << (8 * mailbox + 7)
 }
@@ -27,10 +27,10 @@ const fn empty(mailbox: usize) -> u32 {
     1 << (26 + mailbox)
 }
 
-/// What became of the frames since the last look.
+/// Frames that ended since the last check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Outcome {
-    /// Frames that somebody acknowledged.
+pub(super) struct SendCounts {
+    /// Frames that were acknowledged.
     pub(super) sent: u32,
     /// Frames that waited too long or were lost.
     pub(super) given_up: u32,
@@ -43,7 +43,7 @@ pub(super) struct Mailboxes {
 }
 
 impl Mailboxes {
-    /// Three mailboxes that hold nothing of ours.
+    /// Three mailboxes without a frame of this controller.
     pub(super) const fn new() -> Self {
         Self {
             since_us: [None; 3],
@@ -51,14 +51,14 @@ impl Mailboxes {
     }
 
     /// Puts a frame into a free mailbox; whether there was one.
-    pub(super) fn put<R: Registers>(
+    pub(super) fn put<R: CanRegisters>(
         &mut self,
         registers: &mut R,
         now_us: u64,
-        frame: &Frame,
+        frame: &CanFrame,
     ) -> bool {
-        let status = registers.read(Register::TSR);
-        let places = self.since_us.iter_mut().zip(Register::MAILBOXES);
+        let status = registers.read(CanRegister::TSR);
+        let places = self.since_us.iter_mut().zip(CanRegister::MAILBOXES);
         for (mailbox, (since_us, [identifier, length, low, high])) in places.enumerate() {
             if since_us.is_some() || status & empty(mailbox) == 0 {
                 continue;
@@ -74,32 +74,33 @@ impl Mailboxes {
         false
     }
 
-    /// Looks which requests are done and gives up those that wait for too long.
+    /// Checks which requests are done and aborts those that wait too long.
     ///
-    /// A request that is given up in the middle of its frame ends with it, perhaps well.
-    pub(super) fn look<R: Registers>(&mut self, registers: &mut R, now_us: u64) -> Outcome {
-        let mut outcome = Outcome::default();
-        let status = registers.read(Register::TSR);
+    /// A request that is aborted in the middle of its frame ends with that frame, which may
+    /// still be acknowledged.
+    pub(super) fn check<R: CanRegisters>(&mut self, registers: &mut R, now_us: u64) -> SendCounts {
+        let mut outcome = SendCounts::default();
+        let status = registers.read(CanRegister::TSR);
         for (mailbox, place) in self.since_us.iter_mut().enumerate() {
             let Some(since_us) = *place else { continue };
             if status & empty(mailbox) != 0 {
                 let is_sent = status & sent(mailbox) != 0;
                 outcome.sent += u32::from(is_sent);
                 outcome.given_up += u32::from(!is_sent);
-                registers.write(Register::TSR, completed(mailbox));
+                registers.write(CanRegister::TSR, completed(mailbox));
                 *place = None;
-            } else if now_us.saturating_sub(since_us) >= MOST_WAIT_US {
-                registers.write(Register::TSR, abort(mailbox));
+            } else if now_us.saturating_sub(since_us) >= MAX_WAIT_US {
+                registers.write(CanRegister::TSR, abort(mailbox));
             }
         }
         outcome
     }
 }
 
-fn identifier_bits(frame: &Frame) -> u32 {
+fn identifier_bits(frame: &CanFrame) -> u32 {
     let bits = match frame.identifier() {
-        Identifier::Standard(identifier) => u32::from(identifier.bits()) << 21,
-        Identifier::Extended(identifier) => identifier << 3 | IDE,
+        CanIdentifier::Standard(identifier) => u32::from(identifier.bits()) << 21,
+        CanIdentifier::Extended(identifier) => identifier << 3 | IDE,
     };
     if frame.is_remote() { bits | RTR } else { bits }
 }

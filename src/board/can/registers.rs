@@ -1,15 +1,15 @@
 //! The unit's registers (RM0090, section 32.9): offsets and the bits in use.
 
-/// Something that has the registers of a bxCAN unit: the unit, or a model of it.
-pub trait Registers {
+/// Access to the registers of a bxCAN unit. The second implementor is the tests' model.
+pub trait CanRegisters {
     /// The register's bits.
-    fn read(&self, register: Register) -> u32;
+    fn read(&self, register: CanRegister) -> u32;
 
     /// Writes all of the register's bits.
-    fn write(&mut self, register: Register, bits: u32);
+    fn write(&mut self, register: CanRegister, bits: u32);
 
     /// Sets and clears some of the register's bits.
-    fn change(&mut self, register: Register, clear: u32, set: u32) {
+    fn change(&mut self, register: CanRegister, clear: u32, set: u32) {
         let bits = self.read(register);
         self.write(register, (bits & !clear) | set);
     }
@@ -17,9 +17,9 @@ pub trait Registers {
 
 /// A register of the unit, by its offset; no other offset can be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Register(u16);
+pub struct CanRegister(u16);
 
-impl Register {
+impl CanRegister {
     /// Master control.
     pub const MCR: Self = Self(0x000);
     /// Master status.
@@ -34,7 +34,7 @@ impl Register {
     pub const ESR: Self = Self(0x018);
     /// Bit timing.
     pub const BTR: Self = Self(0x01c);
-    /// Identifier of the first frame in FIFO 0.
+    /// CanIdentifier of the first frame in FIFO 0.
     pub const RI0R: Self = Self(0x1b0);
     /// Its length.
     pub const RDT0R: Self = Self(0x1b4);
@@ -44,16 +44,16 @@ impl Register {
     pub const RDH0R: Self = Self(0x1bc);
     /// Filter master.
     pub const FMR: Self = Self(0x200);
-    /// Filter mode, a bit a bank: 1 for a list.
+    /// Filter mode, one bit per bank: 1 for a list.
     pub const FM1R: Self = Self(0x204);
-    /// Filter scale, a bit a bank: 0 for 16 bits.
+    /// Filter scale, one bit per bank: 0 for 16 bits.
     pub const FS1R: Self = Self(0x20c);
-    /// FIFO of what a filter lets in, a bit a bank.
+    /// FIFO of the accepted frames, one bit per bank.
     pub const FFA1R: Self = Self(0x214);
-    /// Filters that are active, a bit a bank.
+    /// Active filters, one bit per bank.
     pub const FA1R: Self = Self(0x21c);
 
-    /// Identifier, length, bytes 0 to 3 and 4 to 7 of the three mailboxes.
+    /// CanIdentifier, length, bytes 0 to 3 and 4 to 7 of the three mailboxes.
     pub const MAILBOXES: [[Self; 4]; 3] = [
         [Self(0x180), Self(0x184), Self(0x188), Self(0x18c)],
         [Self(0x190), Self(0x194), Self(0x198), Self(0x19c)],

@@ -1,7 +1,7 @@
-//! Freeing a bus by hand.
+//! Frees a bus by driving its pins by hand.
 
-use super::registers::{Line, Register, Registers, cr1, sr2};
-use super::timing::Timing;
+use super::registers::{BusLine, I2cRegister, I2cRegisters, cr1, sr2};
+use super::timing::I2cTiming;
 
 /// Half clocks for which a low SCL is waited for, all in all: 50 us.
 const PATIENCE: u8 = 20;
@@ -23,26 +23,26 @@ const CLOCKS: u8 = 9;
 ///
 /// The unit is left switched on whatever the outcome. At most some 60 half clocks,
 /// 150 us; 15 us where nothing is wrong.
-pub(super) fn recover<R: Registers>(registers: &mut R, timing: Timing) -> bool {
-    registers.write(Register::Cr1, 0);
-    registers.write(Register::Cr2, 0);
+pub(super) fn recover<R: I2cRegisters>(registers: &mut R, timing: I2cTiming) -> bool {
+    registers.write(I2cRegister::Cr1, 0);
+    registers.write(I2cRegister::Cr2, 0);
     registers.take_pins();
     registers.wait_half_clock();
     let free = free_wires(registers);
     registers.return_pins();
     set_up(registers, timing);
-    free && registers.read(Register::Sr2) & sr2::BUSY == 0
+    free && registers.read(I2cRegister::Sr2) & sr2::BUSY == 0
 }
 
 /// Steps 2 and 3; whether both wires are high.
-fn free_wires<R: Registers>(registers: &mut R) -> bool {
+fn free_wires<R: I2cRegisters>(registers: &mut R) -> bool {
     let mut patience = PATIENCE;
     if !clock_rises(registers, &mut patience) {
         return false;
     }
     let mut clocks = 0;
     loop {
-        while !registers.is_high(Line::Data) {
+        while !registers.is_high(BusLine::Data) {
             if clocks == CLOCKS || !clock(registers, &mut patience) {
                 return false;
             }
@@ -60,27 +60,31 @@ fn free_wires<R: Registers>(registers: &mut R) -> bool {
 }
 
 /// One clock; whether SCL came up again.
-fn clock<R: Registers>(registers: &mut R, patience: &mut u8) -> bool {
-    registers.pull(Line::Clock);
+// Copies in each caller and for each bus would cost flash.
+#[inline(never)]
+fn clock<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool {
+    registers.pull(BusLine::Clock);
     registers.wait_half_clock();
     clock_rises(registers, patience)
 }
 
 /// A start, a clock with SDA low, a stop; whether both wires are high then.
-fn start_and_stop<R: Registers>(registers: &mut R, patience: &mut u8) -> bool {
-    registers.pull(Line::Data);
+fn start_and_stop<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool {
+    registers.pull(BusLine::Data);
     registers.wait_half_clock();
     let risen = clock(registers, patience);
-    registers.release(Line::Data);
+    registers.release(BusLine::Data);
     registers.wait_half_clock();
-    risen && registers.is_high(Line::Data) && registers.is_high(Line::Clock)
+    risen && registers.is_high(BusLine::Data) && registers.is_high(BusLine::Clock)
 }
 
 /// Releases SCL and lets half a clock pass, more if a part stretches; whether it rose.
-fn clock_rises<R: Registers>(registers: &mut R, patience: &mut u8) -> bool {
-    registers.release(Line::Clock);
+// As `clock`.
+#[inline(never)]
+fn clock_rises<R: I2cRegisters>(registers: &mut R, patience: &mut u8) -> bool {
+    registers.release(BusLine::Clock);
     registers.wait_half_clock();
-    while !registers.is_high(Line::Clock) {
+    while !registers.is_high(BusLine::Clock) {
         if *patience == 0 {
             return false;
         }
@@ -91,12 +95,12 @@ fn clock_rises<R: Registers>(registers: &mut R, patience: &mut u8) -> bool {
 }
 
 /// Resets the unit, sets it up and switches it on.
-fn set_up<R: Registers>(registers: &mut R, timing: Timing) {
-    registers.write(Register::Cr1, cr1::RESET);
+fn set_up<R: I2cRegisters>(registers: &mut R, timing: I2cTiming) {
+    registers.write(I2cRegister::Cr1, cr1::RESET);
     registers.wait_half_clock();
-    registers.write(Register::Cr1, 0);
-    registers.write(Register::Cr2, timing.megahertz);
-    registers.write(Register::Ccr, timing.clock);
-    registers.write(Register::Trise, timing.rise);
-    registers.write(Register::Cr1, cr1::ENABLE);
+    registers.write(I2cRegister::Cr1, 0);
+    registers.write(I2cRegister::Cr2, timing.megahertz);
+    registers.write(I2cRegister::Ccr, timing.clock);
+    registers.write(I2cRegister::Trise, timing.rise);
+    registers.write(I2cRegister::Cr1, cr1::ENABLE);
 }

@@ -1,8 +1,8 @@
-//! The silicon as the master sees it: seven registers and two pins.
+//! Access to an I2C unit: seven registers and two pins.
 
 /// A register of the I2C unit \[RM 27.6\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Register {
+pub enum I2cRegister {
     /// Control 1: on, start, stop, acknowledge, reset.
     Cr1,
     /// Control 2: bus clock, interrupts.
@@ -21,7 +21,7 @@ pub enum Register {
 
 /// A wire of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Line {
+pub enum BusLine {
     /// SCL.
     Clock,
     /// SDA.
@@ -29,12 +29,12 @@ pub enum Line {
 }
 
 /// Access to one I2C unit and its pins. The second implementor is the tests' model.
-pub trait Registers {
+pub trait I2cRegisters {
     /// Reads a register, with the side effects that the silicon has.
-    fn read(&mut self, register: Register) -> u16;
+    fn read(&mut self, register: I2cRegister) -> u16;
 
     /// Writes a register.
-    fn write(&mut self, register: Register, value: u16);
+    fn write(&mut self, register: I2cRegister, value: u16);
 
     /// Takes both pins from the unit: open-drain outputs, released.
     fn take_pins(&mut self);
@@ -43,20 +43,20 @@ pub trait Registers {
     fn return_pins(&mut self);
 
     /// Pulls a taken pin low.
-    fn pull(&mut self, line: Line);
+    fn pull(&mut self, line: BusLine);
 
     /// Releases a taken pin.
-    fn release(&mut self, line: Line);
+    fn release(&mut self, line: BusLine);
 
     /// Whether the wire of a taken pin is high.
-    fn is_high(&mut self, line: Line) -> bool;
+    fn is_high(&mut self, line: BusLine) -> bool;
 
     /// Lets half a clock pass for bit-banging: 2.5 us, above the 1.3 us for which a
     /// fast-mode clock is low at least.
     fn wait_half_clock(&mut self);
 
-    /// Does a few register accesses that no interrupt may come between.
-    fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T;
+    /// Does a few register accesses without an interrupt between them.
+    fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T;
 }
 
 /// Bits of the first control register.
@@ -69,7 +69,7 @@ pub(super) mod cr1 {
     pub(crate) const STOP: u16 = 1 << 9;
     /// Acknowledge what is received.
     pub(crate) const ACK: u16 = 1 << 10;
-    /// [`ACK`] speaks of the byte after the one being received.
+    /// [`ACK`] controls the byte after the one being received.
     pub(crate) const POS: u16 = 1 << 11;
     /// Hold the unit in reset.
     pub(crate) const RESET: u16 = 1 << 15;
@@ -95,13 +95,13 @@ pub(super) mod sr1 {
     pub(crate) const FINISHED: u16 = 1 << 2;
     /// The data register holds a received byte.
     pub(crate) const RECEIVED: u16 = 1 << 6;
-    /// A start or stop where none may be.
+    /// A misplaced start or stop.
     pub(crate) const BUS_ERROR: u16 = 1 << 8;
     /// Arbitration lost.
     pub(crate) const ARBITRATION_LOST: u16 = 1 << 9;
     /// Not acknowledged.
     pub(crate) const REFUSED: u16 = 1 << 10;
-    /// All that the error interrupt stands for.
+    /// All errors of the error interrupt.
     pub(crate) const ERRORS: u16 = 0xdf00;
 }
 

@@ -5,7 +5,7 @@ const FAST_HZ: u32 = 400_000;
 
 /// What the timing registers hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Timing {
+pub struct I2cTiming {
     /// Frequency of the peripheral bus, MHz: the field FREQ of CR2.
     pub(super) megahertz: u16,
     /// CCR: fast mode, low to high 2:1, and the clock's thirds in bus cycles.
@@ -14,7 +14,7 @@ pub struct Timing {
     pub(super) rise: u16,
 }
 
-impl Timing {
+impl I2cTiming {
     /// Settings for a peripheral bus (APB1) of the given frequency \[RM 27.6.8, 27.6.9\].
     ///
     /// At 42 MHz: a clock is 3 x CCR bus cycles, so CCR = 42 MHz / (3 x 400 kHz) = 35

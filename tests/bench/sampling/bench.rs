@@ -4,7 +4,7 @@ use core::fmt::Write;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use amiro_ipf::driver::Bus;
+use amiro_ipf::board::acquisition::Bus;
 use amiro_ipf::node::{Input, SeedSource};
 use cortex_m::peripheral::{SCB, SYST};
 use rtic_monotonics::systick::prelude::*;
@@ -12,13 +12,13 @@ use stm32f4xx_hal::pac::Peripherals;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::Serial;
 
-use crate::board::{
-    CORE_HZ, CanCells, CanUnit, I2cCells, SenseUnits, masters, shutdown_line, start_clocks,
-};
 use crate::clock::{Microseconds, Mono};
+use crate::hal::{
+    AcquisitionUnits, CORE_HZ, CanCells, CanUnit, I2cCells, masters, shutdown_line, start_clocks,
+};
 use crate::parts::{Next, Parts, answer_mode, put_frame};
 use crate::sampler::{Report, Reports, Sampler};
-use amiro_ipf::board::can::{BitTiming, Controller};
+use amiro_ipf::board::can::{BitTiming, CanController};
 
 /// Rounds of the sensors that are counted.
 const ROUNDS: u32 = 1_000;
@@ -61,7 +61,7 @@ struct Tallies {
     nothing: Tally,
     event: Tally,
     useless: Tally,
-    patrol: Tally,
+    poll: Tally,
     frame: Tally,
     clock: Tally,
 }
@@ -72,8 +72,8 @@ fn on_event(sampler: &mut Sampler, bus: Bus) {
 }
 
 #[inline(never)]
-fn patrol(sampler: &mut Sampler) {
-    sampler.patrol();
+fn poll(sampler: &mut Sampler) {
+    sampler.poll();
 }
 
 #[inline(never)]
@@ -108,10 +108,10 @@ fn main() -> ! {
     Mono::start(core.SYST, CORE_HZ);
 
     let (one, two) = masters(&ONE, &TWO, 42_000_000);
-    let units = SenseUnits {
+    let units = AcquisitionUnits {
         one,
         two,
-        can: Controller::new(CanUnit(&CAN), Some(BitTiming::AT_42_MHZ)),
+        can: CanController::new(CanUnit(&CAN), Some(BitTiming::AT_42_MHZ)),
         seed: SeedSource::UniqueNumber,
         shutdown_line: shutdown_line(gpio_c.pc13.into_input()),
     };
@@ -121,7 +121,7 @@ fn main() -> ! {
     let mut parts = [(Bus::I2c1, Parts::new(&ONE)), (Bus::I2c2, Parts::new(&TWO))];
 
     let mut tallies = Tallies::default();
-    let (mut patrols, mut rounds, mut delivered) = (0_u32, 0_u32, 0_u32);
+    let (mut polls, mut rounds, mut delivered) = (0_u32, 0_u32, 0_u32);
     let mut tick = Mono::now().as_ticks();
     while rounds < ROUNDS {
         // All that a tick brings is over long before the next one: no call is cut by it.
@@ -129,16 +129,16 @@ fn main() -> ! {
             cortex_m::asm::wfi();
         }
         tick = Mono::now().as_ticks();
-        patrols += 1;
-        if patrols == SETTLING {
+        polls += 1;
+        if polls == SETTLING {
             (tallies, rounds, delivered) = (Tallies::default(), 0, 0);
         }
         tallies.nothing.count(period, || nothing(&mut sampler));
         tallies.clock.count(period, || look_at(clock));
         answer_mode(&CAN);
-        let frame = match patrols % FRAMES_EVERY {
+        let frame = match polls % FRAMES_EVERY {
             // 0x50: x one step of 256 um further each time. 0x20: 80 mm a second.
-            5 => Some((0x50, u64::from(patrols / FRAMES_EVERY))),
+            5 => Some((0x50, u64::from(polls / FRAMES_EVERY))),
             67 => Some((0x20, 80_000)),
             _ => None,
         };
@@ -146,9 +146,9 @@ fn main() -> ! {
             put_frame(&CAN, device, payload);
             tallies.frame.count(period, || on_frames(&mut sampler));
         }
-        tallies.patrol.count(period, || patrol(&mut sampler));
+        tallies.poll.count(period, || poll(&mut sampler));
         // A wall that comes and goes: teeth are garbage, and what never changes is stuck.
-        let distance = if (patrols / STEP_EVERY).is_multiple_of(2) {
+        let distance = if (polls / STEP_EVERY).is_multiple_of(2) {
             0x0a
         } else {
             0x0b
@@ -181,7 +181,7 @@ fn main() -> ! {
         ("clock", tallies.clock),
         ("event", tallies.event),
         ("useless", tallies.useless),
-        ("patrol", tallies.patrol),
+        ("poll", tallies.poll),
         ("frame", tallies.frame),
     ];
     for (name, tally) in rows {

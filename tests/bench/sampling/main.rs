@@ -1,7 +1,7 @@
 //! What the sampling costs the core: the flash image's own sampler at scripted registers.
 //!
-//! Everything between the interrupts' entries and the queue to `think` is the image's:
-//! `Sampler`, `Senses`, both I2C masters, the controller of the robot's bus, the clock.
+//! Everything between the interrupts' entries and the queue to `run` is the image's:
+//! `Sampler`, `Acquisition`, both I2C masters, the controller of the robot's bus, the clock.
 //! Only the registers are memory, one load or store an access as on silicon, and what is
 //! at the other end of them runs outside of the counted calls. All eight sensors deliver
 //! for 1000 rounds; the wheels' odometry and speed come in and the ring's frames go out
@@ -21,7 +21,7 @@
 #[cfg(target_os = "none")]
 mod bench;
 #[cfg(target_os = "none")]
-mod board;
+mod hal;
 #[cfg(target_os = "none")]
 mod parts;
 
@@ -30,6 +30,10 @@ mod parts;
 #[path = "../../../src/bin/firmware/clock.rs"]
 mod clock;
 #[cfg(target_os = "none")]
+#[expect(dead_code, reason = "the program's part of it is not here")]
+#[path = "../../../src/bin/firmware/requests.rs"]
+mod requests;
+#[cfg(target_os = "none")]
 #[expect(
     dead_code,
     unreachable_pub,
@@ -37,10 +41,6 @@ mod clock;
 )]
 #[path = "../../../src/bin/firmware/sampler.rs"]
 mod sampler;
-#[cfg(target_os = "none")]
-#[expect(dead_code, reason = "the program's part of it is not here")]
-#[path = "../../../src/bin/firmware/watch.rs"]
-mod watch;
 
 #[cfg(not(target_os = "none"))]
 fn main() {}

@@ -1,11 +1,11 @@
 //! What is at the other end of the registers. None of it runs while calls are counted.
 
-use amiro_ipf::can::{Board, StandardId};
-use amiro_ipf::driver::{MUX_ADDRESS, at24c01, vcnl4020};
+use amiro_ipf::board::can::{AmiroModule, StandardId};
+use amiro_ipf::board::i2c::muxed_bus::MUX_ADDRESS;
+use amiro_ipf::board::{can, eeprom, vcnl4020};
 
-use crate::board::{CanCells, I2cCells, STOP};
-use amiro_ipf::board::can;
-use amiro_ipf::board::i2c::Register;
+use crate::hal::{CanCells, I2cCells, STOP};
+use amiro_ipf::board::i2c::I2cRegister;
 
 /// CR1: make a start.
 const START: u16 = 1 << 8;
@@ -74,15 +74,15 @@ impl Parts {
     /// Moves the unit on to its next interrupt. Both bytes of a distance are the given
     /// one.
     pub(crate) fn go_on(&mut self, distance: u8) -> Next {
-        let control = self.cells.read(Register::Cr1);
-        let data = self.cells.read(Register::Dr);
+        let control = self.cells.read(I2cRegister::Cr1);
+        let data = self.cells.read(I2cRegister::Dr);
         if control & START != 0 {
             if self.phase == Phase::Writing && self.is_repeated() {
                 self.was_useless = true;
                 return Next::Useless;
             }
             self.was_useless = false;
-            self.cells.write(Register::Cr1, control & !START);
+            self.cells.write(I2cRegister::Cr1, control & !START);
             return self.interrupt(Phase::Started, STARTED, NOTHING);
         }
         match self.phase {
@@ -118,13 +118,13 @@ impl Parts {
 
     /// A start after bytes, without a stop between them; one useless event each.
     fn is_repeated(&self) -> bool {
-        !self.was_useless && self.cells.read(Register::Sr1) != 0
+        !self.was_useless && self.cells.read(I2cRegister::Sr1) != 0
     }
 
     fn interrupt(&mut self, phase: Phase, events: u16, data: u16) -> Next {
         self.phase = phase;
-        self.cells.write(Register::Sr1, events);
-        self.cells.write(Register::Dr, data);
+        self.cells.write(I2cRegister::Sr1, events);
+        self.cells.write(I2cRegister::Dr, data);
         Next::Event
     }
 
@@ -146,7 +146,7 @@ impl Parts {
         match self.address {
             MUX => self.channel,
             // Blank: the offsets are the defaults.
-            at24c01::ADDRESS_AMIRO => 0xff,
+            eeprom::ADDRESS_AMIRO => 0xff,
             vcnl4020::ADDRESS => {
                 self.pointer = register.wrapping_add(1);
                 match register {
@@ -168,17 +168,17 @@ const ALL_SENT: u32 = 7 << 26 | 1 << 17 | 1 << 9 | 1 << 1;
 
 /// Lets the CAN unit into initialisation, and out of it when it is to go.
 pub(crate) fn answer_mode(cells: &CanCells) {
-    let wanted = cells.read(can::Register::MCR) & INAK;
-    cells.write(can::Register::MSR, wanted);
-    cells.write(can::Register::TSR, ALL_SENT);
+    let wanted = cells.read(can::CanRegister::MCR) & INAK;
+    cells.write(can::CanRegister::MSR, wanted);
+    cells.write(can::CanRegister::TSR, ALL_SENT);
 }
 
 /// Puts a frame of the wheels' board into the FIFO: where they are, or how fast they turn.
 pub(crate) fn put_frame(cells: &CanCells, device: u8, payload: u64) {
-    let identifier = StandardId::of(device, Board::DiWheelDrive);
-    cells.write(can::Register::RI0R, u32::from(identifier.bits()) << 21);
-    cells.write(can::Register::RDT0R, 8);
-    cells.write(can::Register::RDL0R, payload as u32);
-    cells.write(can::Register::RDH0R, (payload >> 32) as u32);
-    cells.write(can::Register::RF0R, 1);
+    let identifier = StandardId::of(device, AmiroModule::DiWheelDrive);
+    cells.write(can::CanRegister::RI0R, u32::from(identifier.bits()) << 21);
+    cells.write(can::CanRegister::RDT0R, 8);
+    cells.write(can::CanRegister::RDL0R, payload as u32);
+    cells.write(can::CanRegister::RDH0R, (payload >> 32) as u32);
+    cells.write(can::CanRegister::RF0R, 1);
 }

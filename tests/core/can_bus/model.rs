@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 
-use amiro_ipf::board::can::{Register, Registers};
+use amiro_ipf::board::can::{CanRegister, CanRegisters};
 
 /// What the wire does to frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -394,8 +394,8 @@ impl Unit {
     }
 }
 
-impl Registers for Unit {
-    fn read(&self, register: Register) -> u32 {
+impl CanRegisters for Unit {
+    fn read(&self, register: CanRegister) -> u32 {
         let mut unit = self.0.borrow_mut();
         unit.accesses += 1;
         if unit.is_present {
@@ -405,7 +405,7 @@ impl Registers for Unit {
         }
     }
 
-    fn write(&mut self, register: Register, bits: u32) {
+    fn write(&mut self, register: CanRegister, bits: u32) {
         let mut unit = self.0.borrow_mut();
         unit.accesses += 1;
         if unit.is_present {

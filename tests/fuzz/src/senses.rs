@@ -1,10 +1,10 @@
 //! Any frames on the robot's bus, any answers on the I2C buses.
 
-use amiro_ipf::can::{Frame, Identifier, StandardId};
-use amiro_ipf::driver::{Bus, BusFault, Transaction};
+use amiro_ipf::board::acquisition::{Acquisition, BUSES, Bus, CanAction, ROUND_US};
+use amiro_ipf::board::can::{CanFrame, CanIdentifier, StandardId};
+use amiro_ipf::board::i2c::{BusFault, BusTransaction};
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::Input;
-use amiro_ipf::senses::{BUSES, Heard, ROUND_US, Senses};
 use sim_harness::bus::RobotBuses;
 
 use crate::framing::Script;
@@ -45,9 +45,9 @@ pub fn check(bytes: &[u8]) {
 
 #[derive(Default)]
 struct Life {
-    senses: Senses,
+    senses: Acquisition,
     now_us: u64,
-    asked: [Option<Transaction>; 2],
+    asked: [Option<BusTransaction>; 2],
     sampled_us: u64,
 }
 
@@ -86,7 +86,7 @@ impl Life {
     fn exchange(
         &mut self,
         number: usize,
-        result: impl FnOnce(&Transaction) -> Result<Vec<u8>, BusFault>,
+        result: impl FnOnce(&BusTransaction) -> Result<Vec<u8>, BusFault>,
     ) {
         if self.asked[number].is_none() {
             self.asked[number] = self.senses.next(BUSES[number], self.now_us);
@@ -130,23 +130,23 @@ impl Life {
     fn take_frame(&mut self, script: &mut Script<'_>) {
         let (bits, kind) = (script.word(), script.byte());
         let identifier = if kind & 0x20 == 0 {
-            Identifier::Standard(StandardId::from_bits(bits))
+            CanIdentifier::Standard(StandardId::from_bits(bits))
         } else {
-            Identifier::Extended(u32::from(bits))
+            CanIdentifier::Extended(u32::from(bits))
         };
         let mut bytes = [0; 8];
         bytes.fill_with(|| script.byte());
-        let frame = Frame::received(identifier, kind & 0x10 != 0, kind & 0xf, bytes);
+        let frame = CanFrame::received(identifier, kind & 0x10 != 0, kind & 0xf, bytes);
         match self.senses.take_frame(self.now_us, &frame) {
-            Heard::Input(Input::Odometry { stamp_us, pose }) => {
+            CanAction::Input(Input::Odometry { stamp_us, pose }) => {
                 assert!(pose.is_finite() && stamp_us <= self.now_us);
             }
-            Heard::Input(other) => panic!("{other:?}"),
-            Heard::Shutdown => assert!(
+            CanAction::Input(other) => panic!("{other:?}"),
+            CanAction::Shutdown => assert!(
                 kind & 0x30 == 0 && (0x401..=0x404).contains(&(bits & 0x7ff)),
                 "{frame:?}"
             ),
-            Heard::Nothing => {}
+            CanAction::Nothing => {}
         }
     }
 

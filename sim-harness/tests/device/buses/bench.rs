@@ -1,17 +1,18 @@
 //! The ring on the robot's buses, round after round.
 
-use amiro_ipf::driver::branch::ROUND_PERIOD_US;
-use amiro_ipf::driver::{Branch, ProximityRing, SensorState, Transaction};
+use amiro_ipf::board::acquisition::{BUSES, ProximityRing};
+use amiro_ipf::board::i2c::BusTransaction;
+use amiro_ipf::board::i2c::muxed_bus::{MuxedBus, ROUND_PERIOD_US};
+use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::senses::BUSES;
 use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
 
-/// Rounds after which sound sensors have earned trust: one configures, ten readings,
-/// and one in hand for clocks that have not ticked yet.
+/// Rounds after which sound sensors have become trusted: one configures, ten readings,
+/// and one more for clocks that have not ticked yet.
 const TO_TRUST: u64 = 13;
 
-/// A robot's buses, its ring, and a hand in front of each sensor.
+/// A robot's buses, its ring, and what each sensor measures.
 pub(crate) struct Bench {
     pub(crate) buses: RobotBuses,
     pub(crate) ring: ProximityRing,
@@ -49,18 +50,23 @@ impl Bench {
 
     /// A round of a moving robot in which each sensor measures its tag.
     pub(crate) fn round(&mut self) {
+        self.set_tags();
+        self.round_as_it_is(true);
+    }
+
+    /// Lets each sensor measure its tag with noise.
+    pub(crate) fn set_tags(&mut self) {
         for sensor in 0..SENSORS {
             let noise = self.below(3) as u16;
             self.buses.set_signal(sensor, Self::tag(sensor) + noise);
         }
-        self.round_as_it_is(true);
     }
 
     pub(crate) fn rounds(&mut self, rounds: u64) {
         (0..rounds).for_each(|_| self.round());
     }
 
-    /// A round in which the sensors measure what they were told before.
+    /// A round in which the sensors measure what was set before.
     pub(crate) fn round_as_it_is(&mut self, moving: bool) {
         self.round_with(moving, |_, _, _| {});
     }
@@ -69,16 +75,16 @@ impl Bench {
     pub(crate) fn round_with(
         &mut self,
         moving: bool,
-        mut before: impl FnMut(&mut RobotBuses, usize, &Transaction),
+        mut before: impl FnMut(&mut RobotBuses, usize, &BusTransaction),
     ) {
         let now_us = self.next_round_us();
         self.buses.advance_to(now_us * 1_000);
         for (number, bus) in BUSES.into_iter().enumerate() {
-            let branch = self.ring.branch_mut(bus);
-            branch.begin_round(now_us, moving);
-            while let Some(transaction) = branch.next(now_us) {
+            let muxed = self.ring.bus_mut(bus);
+            muxed.begin_round(now_us, moving);
+            while let Some(transaction) = muxed.next(now_us) {
                 before(&mut self.buses, number, &transaction);
-                execute(branch, self.buses.bus_mut(number), &transaction, now_us);
+                execute(muxed, self.buses.bus_mut(number), &transaction, now_us);
             }
         }
         self.round += 1;
@@ -113,6 +119,13 @@ impl Bench {
         bus.script.from_time(now_ns, on_sensor(sensor, fault));
     }
 
+    /// The same, and both buses are idle.
+    pub(crate) fn assert_own_tags_and_idle(&self, story: &str) {
+        self.assert_own_tags(story);
+        assert!(self.buses.one.is_idle(), "{story}");
+        assert!(self.buses.two.is_idle(), "{story}");
+    }
+
     /// No sensor has been credited with anything but its own measurements.
     pub(crate) fn assert_own_tags(&self, story: &str) {
         for sensor in 0..SENSORS {
@@ -128,13 +141,13 @@ impl Bench {
     }
 }
 
-/// Executes a transaction of a branch on its bus, and gives it the result.
+/// Executes a transaction of a muxed bus on its bus, and gives it the result.
 pub(crate) fn execute(
-    branch: &mut Branch,
+    muxed: &mut MuxedBus,
     bus: &mut FakeBus<RobotParts>,
-    transaction: &Transaction,
+    transaction: &BusTransaction,
     now_us: u64,
 ) {
     let result = bus.run(transaction);
-    branch.answer(now_us, result.as_deref().map_err(|error| (*error).into()));
+    muxed.answer(now_us, result.as_deref().map_err(|error| (*error).into()));
 }

@@ -1,13 +1,12 @@
-//! The crates `vcnl4020` and `pca9544a` on the same buses as the ring.
+//! The crates `vcnl4020` and `pca9544a` at the models of their parts: what their own tests,
+//! which expect single transfers, cannot show.
 
 use amiro_ipf::random::{Generator, uniform_below};
-use pca9544a::{Address, Channel, Pca9544a, Selection};
-use sim_harness::bus::{
-    FakeBus, FakeBusError, Fault, MuxFault, RobotBuses, SensorFault, Vcnl4020Model,
-};
+use pca9544a::{Address, Channel, Pca9544a};
+use sim_harness::bus::{FakeBus, FakeBusError, Fault, RobotBuses, Vcnl4020Model};
 use vcnl4020::{
     Ambient, Command, Compared, Configuration, Error, InterruptControl, InterruptStatus,
-    LedCurrent, Measurement, ProximityRate, Vcnl4020,
+    LedCurrent, ProximityRate, Vcnl4020,
 };
 
 use super::WHOLE;
@@ -57,61 +56,6 @@ fn a_started_sensor_gives_each_result_once() {
 }
 
 #[test]
-fn without_ambient_light_its_register_is_not_written_and_no_result_comes() {
-    let mut sensor = Vcnl4020::new(bus(2_600));
-    let configuration = Configuration {
-        rate: ProximityRate::Hz250,
-        ..FAST
-    };
-    assert_eq!(sensor.start(&configuration), Ok(()));
-    let mut sensor = after(sensor, 2_000 * MS);
-    assert_eq!(sensor.ambient(), Err(Error::NotReady));
-    assert_eq!(sensor.proximity(), Ok(2_600));
-    assert_eq!(sensor.release().parts().register(0x84), 0x1d);
-}
-
-#[test]
-fn a_sensor_whose_supply_failed_is_not_running() {
-    let mut sensor = Vcnl4020::new(bus(2_600));
-    assert_eq!(sensor.start(&FAST), Ok(()));
-    let mut bus = sensor.release();
-    let fault = SensorFault::Reset;
-    bus.script.from_time(0, Fault::Sensor { channel: 0, fault });
-    let mut sensor = after(Vcnl4020::new(bus), 9 * MS);
-    assert_eq!(sensor.proximity(), Err(Error::NotRunning));
-    assert_eq!(sensor.start(&FAST), Ok(()));
-    assert_eq!(after(sensor, 9 * MS).proximity(), Ok(2_600));
-}
-
-#[test]
-fn rates_are_refused_before_the_sensor_ignores_them() {
-    let mut sensor = Vcnl4020::new(bus(2_600));
-    assert_eq!(sensor.start(&FAST), Ok(()));
-    let rate = ProximityRate::Hz7_8;
-    assert_eq!(sensor.set_proximity_rate(rate), Err(Error::Running));
-    assert_eq!(sensor.stop(), Ok(()));
-    assert_eq!(sensor.set_proximity_rate(rate), Ok(()));
-    assert_eq!(sensor.set_ambient(Ambient::default()), Ok(()));
-    assert_eq!(sensor.release().parts().register(0x82), rate.bits());
-}
-
-#[test]
-fn one_measurement_waits_as_long_as_its_polls_take() {
-    let mut wire = bus(2_600);
-    wire.parts_mut().set_ambient(400);
-    let mut sensor = Vcnl4020::new(wire);
-    assert_eq!(sensor.measure_proximity_once(10), Ok(2_600));
-    // The part of the model takes 100 ms, a poll at 400 kHz 90 us.
-    assert_eq!(sensor.measure_once(100), Err(Error::NotReady));
-    let measured = Measurement {
-        ambient: 400,
-        proximity: 2_600,
-    };
-    assert_eq!(sensor.measure_once(1_200), Ok(measured));
-    assert!(sensor.command().is_ok_and(|it| !it.is_self_timed()));
-}
-
-#[test]
 fn the_interrupt_pin_follows_the_thresholds_until_it_is_cleared() {
     let mut sensor = Vcnl4020::new(bus(2_600));
     assert_eq!(sensor.set_thresholds(0, 3_000), Ok(()));
@@ -133,19 +77,6 @@ fn the_interrupt_pin_follows_the_thresholds_until_it_is_cleared() {
     let mut sensor = after(Vcnl4020::new(wire), 50 * MS);
     assert_eq!(sensor.clear_interrupts(InterruptStatus::ALL), Ok(()));
     assert_eq!(sensor.interrupts(), Ok(InterruptStatus(0)));
-}
-
-#[test]
-fn another_part_is_not_written_to() {
-    let mut wire = bus(2_600);
-    wire.parts_mut().set_identity(0x32);
-    let mut sensor = Vcnl4020::new(wire);
-    assert_eq!(sensor.start(&FAST), Err(Error::WrongIdentity(0x32)));
-    let bus = sensor.release();
-    assert_eq!(
-        [0x80, 0x82, 0x83].map(|it| bus.parts().register(it)),
-        [0x80, 0, 2]
-    );
 }
 
 #[test]
@@ -229,26 +160,4 @@ fn interrupt_lines_of_all_channels_are_read_whatever_is_selected() {
     let low = mux.interrupts().unwrap();
     let which = Channel::ALL.map(|channel| low.contains(channel));
     assert_eq!(which, [false, false, true, false]);
-}
-
-#[test]
-fn f07_a_fault_of_the_multiplexer_is_found_and_the_next_selection_is_sound() {
-    let mut buses = RobotBuses::default();
-    let mut mux = Pca9544a::new(&mut buses.one, MUX);
-    assert_eq!(mux.select(Channel::One), Ok(()));
-    let none = pca9544a::Error::WrongSelection(Selection::None);
-    let at = mux.bus().bytes();
-    mux.bus().script.at_byte(at, Fault::Mux(MuxFault::Reset));
-    assert_eq!(mux.confirm(), Err(none));
-    assert_eq!(mux.select(Channel::One), Ok(()));
-    // The value of the control register is the second byte.
-    let at = mux.bus().bytes() + 1;
-    mux.bus()
-        .script
-        .at_byte(at, Fault::Mux(MuxFault::WriteLost));
-    let stays = pca9544a::Error::WrongSelection(Selection::Channel(Channel::One));
-    assert_eq!(mux.select(Channel::Three), Err(stays));
-    assert_eq!(mux.selection(), Selection::Unknown);
-    assert_eq!(mux.select(Channel::Three), Ok(()));
-    assert_eq!(mux.confirm(), Ok(()));
 }

@@ -6,7 +6,8 @@ mod bench;
 mod drivers;
 mod rounds;
 
-use amiro_ipf::driver::{Bus, SensorFault as Known, SensorState};
+use amiro_ipf::board::acquisition::Bus;
+use amiro_ipf::board::sensor_state::{SensorFault as Known, SensorState};
 use amiro_ipf::model::{Photometry, Reading, SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
 use bench::Bench;
@@ -15,7 +16,7 @@ use sim_harness::bus::{FakeBus, Fault, MuxFault, Random, SensorFault, Vcnl4020Mo
 
 const ROUND_US: u64 = 8_000;
 
-/// All that can happen to a mux, with those more often that seldom find it listening.
+/// All faults of the multiplexer; a lost write rarely has an effect, so it comes more often.
 fn mux_faults() -> Vec<Fault> {
     let mut faults = vec![MuxFault::WriteLost; 4];
     faults.extend([0, 1, 2, 3].map(MuxFault::Jump));
@@ -81,18 +82,16 @@ fn at_every_byte(fresh: fn() -> Bench, fault: Fault, mut judge: impl FnMut(&mut 
 }
 
 #[test]
-fn f02_a_refusal_or_lost_arbitration_at_any_byte_costs_no_truth() {
+fn f02_a_refusal_or_lost_arbitration_at_any_byte_gives_no_wrong_reading() {
     let mut hits = 0;
     for fault in [Fault::NoAcknowledge, Fault::ArbitrationLost] {
         for fresh in [|| Bench::new(2), || Bench::running(2)] {
             at_every_byte(fresh, fault, |bench, story| {
                 for _ in 0..4 {
                     bench.round();
-                    bench.assert_own_tags(&story);
-                    assert!(bench.buses.one.is_idle(), "{story}");
-                    assert!(bench.buses.two.is_idle(), "{story}");
+                    bench.assert_own_tags_and_idle(&story);
                 }
-                // One fault is not enough to lose trust in anybody.
+                // One fault does not cost any sensor its trust.
                 bench.rounds(10);
                 assert_eq!(bench.states(), [SensorState::Good; SENSORS], "{story}");
                 hits += bench.buses.one.script.hits() + bench.buses.two.script.hits();
@@ -104,7 +103,7 @@ fn f02_a_refusal_or_lost_arbitration_at_any_byte_costs_no_truth() {
 }
 
 #[test]
-fn f03_a_data_line_held_low_from_any_byte_on_costs_no_truth() {
+fn f03_a_data_line_held_low_from_any_byte_on_gives_no_wrong_reading() {
     for clocks in [9, 18] {
         at_every_byte(
             || Bench::running(3),
@@ -112,9 +111,7 @@ fn f03_a_data_line_held_low_from_any_byte_on_costs_no_truth() {
             |bench, story| {
                 for _ in 0..4 {
                     bench.round();
-                    bench.assert_own_tags(&story);
-                    assert!(bench.buses.one.is_idle(), "{story}");
-                    assert!(bench.buses.two.is_idle(), "{story}");
+                    bench.assert_own_tags_and_idle(&story);
                 }
                 // A command register that was read as 0 has cost a configuration.
                 bench.rounds(10);
@@ -136,8 +133,8 @@ fn f06_without_a_mux_its_four_sensors_are_missing_and_come_back() {
     let of_one = [true, true, true, false, false, false, false, true];
     let missing = bench.states().map(|state| state == SensorState::Missing);
     assert_eq!(missing, of_one);
-    assert_eq!(bench.ring.branch_counters(Bus::I2c1).mux_failures, 3);
-    assert_eq!(bench.ring.branch_counters(Bus::I2c2).mux_failures, 0);
+    assert_eq!(bench.ring.bus_counters(Bus::I2c1).mux_failures, 3);
+    assert_eq!(bench.ring.bus_counters(Bus::I2c2).mux_failures, 0);
     assert!(bench.now_us() - from_us <= 16_000);
     bench.rounds(97);
     for (sensor, mute) in of_one.into_iter().enumerate() {
@@ -174,8 +171,8 @@ fn under_random_mux_faults(seed: u64, hits: u64) {
     let mut bench = Bench::running(seed);
     let before = bench.readings();
     for bus in 0..2 {
-        // A visit has 22 bytes, with a deselection 26: no two faults in the same one. A
-        // jump away and back again within a visit is what no reading back can tell.
+        // A readout has 22 bytes, with a deselection 26: no two faults in the same one. No
+        // read-back can detect a jump away and back within a readout.
         let faults = Random::new(mux_faults(), 27..=50, seed + bus as u64);
         bench.buses.bus_mut(bus).script.at_random(Some(faults));
     }
@@ -229,11 +226,8 @@ fn f10_a_stuck_sensor_is_stale_after_a_second_of_driving_and_not_of_standing() {
     for (moving, expected) in [(true, Some(124..=150)), (false, None)] {
         let mut bench = Bench::running(1);
         let found = (0..400).find(|_| {
-            for sensor in 0..SENSORS {
-                let noise = bench.below(3) as u16;
-                let noise = if sensor == 2 { 0 } else { noise };
-                bench.buses.set_signal(sensor, Bench::tag(sensor) + noise);
-            }
+            bench.set_tags();
+            bench.buses.set_signal(2, Bench::tag(2));
             bench.round_as_it_is(moving);
             bench.states()[2] == SensorState::Stale
         });
@@ -248,13 +242,10 @@ fn f10_a_stuck_sensor_is_stale_after_a_second_of_driving_and_not_of_standing() {
 }
 
 #[test]
-fn f11_spikes_pass_as_they_are_and_cost_no_trust() {
+fn f11_spikes_pass_unchanged_and_the_sensor_stays_trusted() {
     let mut bench = Bench::running(1);
     for round in 0..3_000 {
-        for sensor in 0..SENSORS {
-            let noise = bench.below(3) as u16;
-            bench.buses.set_signal(sensor, Bench::tag(sensor) + noise);
-        }
+        bench.set_tags();
         // Three in every fifteen samples.
         let spikes = round % 15 < 3;
         if spikes {
@@ -269,7 +260,7 @@ fn f11_spikes_pass_as_they_are_and_cost_no_trust() {
 }
 
 #[test]
-fn f12_a_dazzled_sensor_says_so_as_soon_as_it_has_measured_the_light() {
+fn f12_a_sensor_in_saturating_light_is_faulty_after_its_next_ambient_measurement() {
     let mut bench = Bench::running(1);
     bench.rounds(63);
     bench.buses.sensor_mut(6).set_ambient(45_000);
@@ -284,7 +275,7 @@ fn f12_a_dazzled_sensor_says_so_as_soon_as_it_has_measured_the_light() {
     assert_eq!(bench.states()[5], SensorState::Good);
 }
 
-/// Ascending order: what cannot be told is far, contact is nearest.
+/// The range, millimetres; contact is 0.
 fn range_mm(reading: Reading) -> f32 {
     match reading {
         Reading::Range(echo) | Reading::NothingInRange(echo) => {
@@ -339,10 +330,7 @@ fn f14_garbage_is_left_out_within_two_seconds() {
         let mut bench = Bench::running(seed);
         let garbage = SensorState::Faulty(Known::Garbage);
         let found = (1..=250).find(|_| {
-            for sensor in 0..SENSORS {
-                let noise = bench.below(3) as u16;
-                bench.buses.set_signal(sensor, Bench::tag(sensor) + noise);
-            }
+            bench.set_tags();
             let random = bench.below(1 << 16) as u16;
             bench.buses.set_signal(1, random);
             bench.round_as_it_is(true);
@@ -400,7 +388,7 @@ fn f15_no_value_older_than_16_ms_is_used() {
 }
 
 #[test]
-fn f16_a_sensor_that_forgot_its_configuration_delivers_again_within_1_2_seconds() {
+fn f16_a_sensor_that_lost_its_configuration_delivers_again_within_1_2_seconds() {
     for sensor in 0..SENSORS {
         let mut bench = Bench::running(1);
         bench.strike(sensor, SensorFault::Reset);
@@ -471,7 +459,7 @@ fn f17_of_a_million_random_update_phases_none_gives_a_torn_value() {
 }
 
 #[test]
-fn f17_a_reader_who_trusts_the_ready_bit_is_given_torn_values() {
+fn f17_the_ready_bit_alone_does_not_prevent_torn_values() {
     let mut bus = FakeBus::new(Vcnl4020Model::default());
     let mut generator = Generator::seeded(1);
     bus.write(0x13, &[0x82, 0x06]).unwrap();
@@ -494,7 +482,7 @@ fn f17_a_reader_who_trusts_the_ready_bit_is_given_torn_values() {
 }
 
 #[test]
-fn f18_with_all_eight_dead_nothing_is_delivered() {
+fn f18_with_all_eight_missing_nothing_is_delivered() {
     let mut bench = Bench::running(1);
     for sensor in 0..SENSORS {
         bench.strike(sensor, SensorFault::Unplugged);

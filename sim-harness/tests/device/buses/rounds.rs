@@ -1,9 +1,9 @@
-//! Rounds: what they take, whom they visit, and what the ring keeps of them.
+//! Rounds: their duration, the sensors that they read, and what the ring keeps.
 
-use amiro_ipf::driver::branch::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
-use amiro_ipf::driver::{AMIRO_PLACES, Bus, ProximityRing, SensorState};
-use amiro_ipf::model::{SENSORS, Sample, SensorMask};
-use amiro_ipf::senses::BUSES;
+use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, BUSES, Bus, ProximityRing};
+use amiro_ipf::board::i2c::muxed_bus::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
+use amiro_ipf::board::sensor_state::SensorState;
+use amiro_ipf::model::{SENSORS, Sample};
 use sim_harness::bus::{Fault, MuxFault, SensorFault};
 
 use super::at_every_byte;
@@ -79,40 +79,40 @@ fn no_round_at_400_khz_reaches_into_the_next() {
 }
 
 #[test]
-fn second_visits_do_not_begin_late() {
+fn second_readouts_do_not_begin_late() {
     let mut bench = Bench::running(1);
     // On the second bus, channel 3.
     bench.strike(5, SensorFault::Unplugged);
     let mut now_us = bench.next_round_us();
-    let branch = bench.ring.branch_mut(Bus::I2c2);
+    let muxed = bench.ring.bus_mut(Bus::I2c2);
     let bus = bench.buses.bus_mut(1);
     bus.advance_to(now_us * 1_000);
-    assert!(branch.begin_round(now_us, true));
-    let mut visits = 0;
-    while let Some(transaction) = branch.next(now_us) {
-        visits += u32::from(transaction.to_write() == [7]);
-        // A slow bus: first visits end after six milliseconds.
+    assert!(muxed.begin_round(now_us, true));
+    let mut readouts = 0;
+    while let Some(transaction) = muxed.next(now_us) {
+        readouts += u32::from(transaction.to_write() == [7]);
+        // A slow bus: first readouts end after six milliseconds.
         now_us += 300;
-        execute(branch, bus, &transaction, now_us);
+        execute(muxed, bus, &transaction, now_us);
     }
-    assert_eq!(visits, 1);
+    assert_eq!(readouts, 1);
     assert_eq!(bench.ring.counters()[5].failed, 1);
 }
 
 #[test]
-fn f01_a_silent_sensor_is_visited_twice_a_round_and_once_a_second_when_it_is_missing() {
+fn f01_a_silent_sensor_is_tried_twice_per_round_and_once_per_second_when_it_is_missing() {
     let mut bench = Bench::running(1);
     bench.strike(5, SensorFault::Unplugged);
-    let mut visits = || {
-        let mut visits = 0;
+    let mut readouts = || {
+        let mut readouts = 0;
         bench.round_with(true, |_, number, transaction| {
-            visits += u32::from(number == 1 && transaction.to_write() == [7]);
+            readouts += u32::from(number == 1 && transaction.to_write() == [7]);
         });
-        visits
+        readouts
     };
-    assert_eq!([(); 3].map(|()| visits()), [2, 2, 2]);
-    let later: Vec<u32> = (0..1_250).map(|_| visits()).collect();
-    // 10 s: nine or ten times, no second visit.
+    assert_eq!([(); 3].map(|()| readouts()), [2, 2, 2]);
+    let later: Vec<u32> = (0..1_250).map(|_| readouts()).collect();
+    // 10 s: nine or ten times, no second readout.
     let all: u32 = later.iter().sum();
     assert!((9..=10).contains(&all), "{all}");
     assert_eq!(later.iter().max(), Some(&1));
@@ -126,12 +126,12 @@ fn measuring_between_rounds(error_ppm: i32) -> Bench {
         bench.buses.sensor_mut(sensor).set_clock_error(error_ppm);
     }
     bench.rounds(16);
-    for (sensor, place) in AMIRO_PLACES.into_iter().enumerate() {
+    for (sensor, place) in AMIRO_CONNECTIONS.into_iter().enumerate() {
         let after_ns = 4_000_000 + 500_000 * u64::from(place.channel.number());
         let at_ns = bench.next_round_us() * 1_000 + after_ns;
         bench.buses.sensor_mut(sensor).measure_next_at(at_ns);
     }
-    // The one that was put off is made up for.
+    // The delayed measurement is read.
     bench.rounds(2);
     bench
 }
@@ -160,17 +160,17 @@ fn timed_round(bench: &mut Bench, round_us: u64, check: impl Fn(&ProximityRing, 
         let wire = bench.buses.bus_mut(number);
         let now_us = |now_ns: u64| now_ns / 1_000;
         let begins_us = now_us(wire.now_ns());
-        bench.ring.branch_mut(bus).begin_round(begins_us, true);
+        bench.ring.bus_mut(bus).begin_round(begins_us, true);
         loop {
-            let branch = bench.ring.branch_mut(bus);
-            let Some(transaction) = branch.next(now_us(wire.now_ns())) else {
+            let muxed = bench.ring.bus_mut(bus);
+            let Some(transaction) = muxed.next(now_us(wire.now_ns())) else {
                 break;
             };
             let result = wire.run(&transaction);
             let after_us = now_us(wire.now_ns());
             check(&bench.ring, bus, after_us);
             let result = result.as_deref().map_err(|error| (*error).into());
-            bench.ring.branch_mut(bus).answer(after_us, result);
+            bench.ring.bus_mut(bus).answer(after_us, result);
         }
     }
 }
@@ -181,17 +181,13 @@ fn f15_sensors_a_little_slow_or_fast_are_good_at_every_moment_of_a_round() {
         let mut bench = measuring_between_rounds(error_ppm);
         let first_us = bench.next_round_us();
         for round in 0..2_000 {
-            for sensor in 0..SENSORS {
-                let noise = bench.below(3) as u16;
-                let signal = Bench::tag(sensor) + noise;
-                bench.buses.set_signal(sensor, signal);
-            }
+            bench.set_tags();
             timed_round(
                 &mut bench,
                 first_us + round * ROUND_PERIOD_US,
                 |ring, bus, now_us| {
                     let states = ring.states(now_us);
-                    for (sensor, place) in AMIRO_PLACES.into_iter().enumerate() {
+                    for (sensor, place) in AMIRO_CONNECTIONS.into_iter().enumerate() {
                         let is_good = place.bus != bus || states[sensor] == SensorState::Good;
                         assert!(is_good, "{error_ppm} ppm: sensor {sensor} in round {round}");
                     }
@@ -213,15 +209,11 @@ fn steady(ring: ProximityRing, rounds: u64) -> Bench {
 }
 
 #[test]
-fn offsets_and_the_threshold_belong_to_their_sensors() {
+fn offsets_belong_to_their_sensors() {
     let mut ring = ProximityRing::new();
     ring.set_offsets(core::array::from_fn(|index| 2_400 + 10 * index as u16));
-    ring.set_least_counts(51);
-    let mut bench = steady(ring, 13);
+    let bench = steady(ring, 13);
     assert_eq!(bench.samples(), [Sample::Counts(50); SENSORS]);
-    assert_eq!(bench.states(), [SensorState::Nothing; SENSORS]);
-    bench.ring.set_least_counts(50);
-    assert_eq!(bench.states(), [SensorState::Good; SENSORS]);
 }
 
 #[test]
@@ -235,15 +227,4 @@ fn raw_values_have_the_sensors_index_and_only_trusted_ones_are_for_calibration()
     let expected = core::array::from_fn(|sensor| Some(2_450 + 10 * sensor as u16));
     assert_eq!(bench.ring.trusted_raw(now_us), expected);
     assert_eq!(bench.ring.trusted_raw(now_us + 16_001), [None; SENSORS]);
-}
-
-#[test]
-fn a_masked_sensor_is_left_alone() {
-    let ring = ProximityRing::with(SensorMask::NONE.with(2).complement());
-    let mut bench = steady(ring, 13);
-    let states = bench.states();
-    assert_eq!(states[2], SensorState::NoData);
-    let part = bench.buses.sensor_mut(2);
-    assert_eq!(part.register(0x80), 0x80, "value after a reset");
-    assert_eq!(states.iter().filter(|state| state.is_trusted()).count(), 7);
 }

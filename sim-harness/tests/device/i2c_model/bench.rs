@@ -1,30 +1,29 @@
-//! A master at its unit, and whoever calls it: interrupts, late or not, and the patrol.
+//! A master at its unit, and whoever calls it: interrupts, late or not, and the poll.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use amiro_ipf::driver::{BusFault, Transaction};
+use amiro_ipf::board::i2c::{BusFault, BusTransaction, I2cMaster, I2cTiming, TransferProgress};
 use amiro_ipf::random::{Generator, uniform_below};
 
 use sim_harness::bus::Device;
 
 use super::Unit;
 use super::unit::Wired;
-use amiro_ipf::board::i2c::{Master, Progress, Timing};
 
-/// The patrol's period.
-pub(crate) const PATROL_NS: u64 = 500_000;
+/// The poll's period.
+pub(crate) const POLL_NS: u64 = 500_000;
 
 /// From the flag to the first access: entry into the handler and its prologue.
 const ENTRY_NS: u64 = 300;
 
-/// No transaction lasts longer, whatever happens: two patrols, the longest transaction
+/// No transaction lasts longer, whatever happens: two polls, the longest transaction
 /// and a recovery lie far below.
 const HANG_NS: u64 = 5_000_000;
 
 pub(crate) struct Bench {
     pub(crate) unit: Rc<RefCell<Unit>>,
-    pub(crate) master: Master<Wired>,
+    pub(crate) master: I2cMaster<Wired>,
     /// An interrupt comes at most so much late, nanoseconds.
     pub(crate) lateness_ns: u32,
     /// One call, counted from 1, comes later by so many nanoseconds.
@@ -34,7 +33,7 @@ pub(crate) struct Bench {
     /// The longest call of any handler so far, nanoseconds.
     pub(crate) longest_call_ns: u64,
     generator: Generator,
-    next_patrol_ns: u64,
+    next_poll_ns: u64,
 }
 
 impl Bench {
@@ -51,7 +50,7 @@ impl Bench {
         let mut unit = Unit::new(Box::new(device), seed);
         happen(&mut unit);
         let unit = Rc::new(RefCell::new(unit));
-        let master = Master::new(Wired(unit.clone()), Timing::fast(42_000_000), 0);
+        let master = I2cMaster::new(Wired(unit.clone()), I2cTiming::fast(42_000_000), 0);
         Self {
             unit,
             master,
@@ -60,7 +59,7 @@ impl Bench {
             calls: 0,
             longest_call_ns: 0,
             generator: Generator::seeded(!seed),
-            next_patrol_ns: PATROL_NS,
+            next_poll_ns: POLL_NS,
         }
     }
 
@@ -73,17 +72,17 @@ impl Bench {
     }
 
     /// Begins a transaction and serves it to its end.
-    pub(crate) fn run(&mut self, transaction: &Transaction) -> Result<Vec<u8>, BusFault> {
+    pub(crate) fn run(&mut self, transaction: &BusTransaction) -> Result<Vec<u8>, BusFault> {
         self.calls = 0;
         let begun_ns = self.now_ns();
         let now_us = self.now_us();
         let mut progress = self.call(|master| master.begin(transaction, now_us));
-        while progress == Progress::Running {
+        while progress == TransferProgress::Running {
             progress = self.serve();
             let lasted = self.now_ns() - begun_ns;
             assert!(lasted < HANG_NS, "{transaction:?} hangs: {lasted} ns");
         }
-        assert_eq!(progress, Progress::Done, "{transaction:?}");
+        assert_eq!(progress, TransferProgress::Done, "{transaction:?}");
         self.master.result().map(<[u8]>::to_vec)
     }
 
@@ -95,8 +94,8 @@ impl Bench {
     }
 
     /// Lets the next thing happen. Of two that are due the event comes first, then the
-    /// error, then the patrol, as their numbers in the vector table.
-    fn serve(&mut self) -> Progress {
+    /// error, then the poll, as their numbers in the vector table.
+    fn serve(&mut self) -> TransferProgress {
         let (event, error, now_ns, next_ns) = {
             let unit = self.unit.borrow();
             (
@@ -123,19 +122,22 @@ impl Bench {
                 }
             });
         }
-        let due_ns = next_ns.unwrap_or(u64::MAX).min(self.next_patrol_ns);
+        let due_ns = next_ns.unwrap_or(u64::MAX).min(self.next_poll_ns);
         self.unit.borrow_mut().pass(due_ns.saturating_sub(now_ns));
-        if self.now_ns() < self.next_patrol_ns {
-            return Progress::Running;
+        if self.now_ns() < self.next_poll_ns {
+            return TransferProgress::Running;
         }
-        while self.next_patrol_ns <= self.now_ns() {
-            self.next_patrol_ns += PATROL_NS;
+        while self.next_poll_ns <= self.now_ns() {
+            self.next_poll_ns += POLL_NS;
         }
         let now_us = self.now_us();
-        self.call(|master| master.patrol(now_us))
+        self.call(|master| master.poll(now_us))
     }
 
-    fn call(&mut self, call: impl FnOnce(&mut Master<Wired>) -> Progress) -> Progress {
+    fn call(
+        &mut self,
+        call: impl FnOnce(&mut I2cMaster<Wired>) -> TransferProgress,
+    ) -> TransferProgress {
         let before_ns = self.now_ns();
         let progress = call(&mut self.master);
         self.longest_call_ns = self.longest_call_ns.max(self.now_ns() - before_ns);

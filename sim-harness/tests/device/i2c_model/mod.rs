@@ -4,6 +4,6 @@ mod bench;
 mod part;
 mod unit;
 
-pub(crate) use bench::{Bench, PATROL_NS};
+pub(crate) use bench::{Bench, POLL_NS};
 pub(crate) use part::{Part, Seen};
 pub(crate) use unit::{FOR_EVER, Fault, Stuck, Unit};

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use amiro_ipf::random::{Generator, uniform_below};
 use sim_harness::bus::Device;
 
-use amiro_ipf::board::i2c::{Line, Register, Registers};
+use amiro_ipf::board::i2c::{BusLine, I2cRegister, I2cRegisters};
 
 const PE: u16 = 1 << 0;
 const START: u16 = 1 << 8;
@@ -126,8 +126,8 @@ pub(crate) struct Unit {
     /// When it happened.
     pub(crate) struck_ns: u64,
     device: Box<dyn Device>,
-    undisturbed: bool,
-    /// Whether `undisturbed` keeps interrupts away.
+    without_interrupts: bool,
+    /// Whether `without_interrupts` keeps interrupts away.
     pub(crate) masks: bool,
     /// Longest interruption between two accesses, nanoseconds.
     pub(crate) interruption_ns: u64,
@@ -169,7 +169,7 @@ impl Unit {
             fault: None,
             struck_ns: 0,
             device,
-            undisturbed: false,
+            without_interrupts: false,
             masks: true,
             interruption_ns: 0,
             generator: Generator::seeded(seed),
@@ -429,17 +429,17 @@ impl Unit {
         }
     }
 
-    fn read_register(&mut self, register: Register) -> u16 {
+    fn read_register(&mut self, register: I2cRegister) -> u16 {
         match register {
-            Register::Cr1 => self.cr1,
-            Register::Cr2 => self.cr2,
-            Register::Ccr => self.ccr,
-            Register::Trise => self.trise,
-            Register::Sr1 => {
+            I2cRegister::Cr1 => self.cr1,
+            I2cRegister::Cr2 => self.cr2,
+            I2cRegister::Ccr => self.ccr,
+            I2cRegister::Trise => self.trise,
+            I2cRegister::Sr1 => {
                 self.shown |= self.sr1;
                 self.sr1
             }
-            Register::Sr2 => {
+            I2cRegister::Sr2 => {
                 let busy = self.shows_busy();
                 if let Phase::Addressed { reading } = self.phase
                     && self.shown & ADDR != 0
@@ -448,7 +448,7 @@ impl Unit {
                 }
                 u16::from(self.phase != Phase::Idle) | u16::from(busy) << 1
             }
-            Register::Dr => {
+            I2cRegister::Dr => {
                 if self.shown & BTF != 0 {
                     self.sr1 &= !BTF;
                 }
@@ -465,15 +465,15 @@ impl Unit {
         }
     }
 
-    fn write_register(&mut self, register: Register, value: u16) {
+    fn write_register(&mut self, register: I2cRegister, value: u16) {
         match register {
-            Register::Cr1 => self.control(value),
-            Register::Cr2 => self.cr2 = value,
-            Register::Ccr => self.ccr = value,
-            Register::Trise => self.trise = value,
-            Register::Sr1 => self.sr1 &= value | !ERRORS,
-            Register::Sr2 => self.wrongs.push("SR2 written"),
-            Register::Dr => {
+            I2cRegister::Cr1 => self.control(value),
+            I2cRegister::Cr2 => self.cr2 = value,
+            I2cRegister::Ccr => self.ccr = value,
+            I2cRegister::Trise => self.trise = value,
+            I2cRegister::Sr1 => self.sr1 &= value | !ERRORS,
+            I2cRegister::Sr2 => self.wrongs.push("SR2 written"),
+            I2cRegister::Dr => {
                 // The register has eight bits.
                 let byte = value as u8;
                 match self.phase {
@@ -546,11 +546,11 @@ impl Unit {
         }
     }
 
-    fn set_pin(&mut self, line: Line, pulls: bool) {
+    fn set_pin(&mut self, line: BusLine, pulls: bool) {
         assert!(self.by_hand, "a pin was moved that belongs to the unit");
         let clock_high = !self.pulls_clock && !self.clock_held;
         match line {
-            Line::Clock => {
+            BusLine::Clock => {
                 if pulls && clock_high {
                     self.clock_toggled = true;
                     if self.data_held != FOR_EVER {
@@ -559,7 +559,7 @@ impl Unit {
                 }
                 self.pulls_clock = pulls;
             }
-            Line::Data => {
+            BusLine::Data => {
                 self.data_toggled |= pulls;
                 if self.pulls_data && !pulls && clock_high && !self.data_low() {
                     self.device.stop(self.now_ns);
@@ -573,7 +573,7 @@ impl Unit {
     /// An access, and whatever comes between it and the one before.
     fn access(&mut self) {
         if self.interruption_ns > 0
-            && !(self.undisturbed && self.masks)
+            && !(self.without_interrupts && self.masks)
             && uniform_below(&mut self.generator, 4) == 0
         {
             // Some tens of microseconds.
@@ -588,14 +588,14 @@ impl Unit {
 /// The unit as the master gets it, while the bench keeps its own hold.
 pub(crate) struct Wired(pub(crate) Rc<RefCell<Unit>>);
 
-impl Registers for Wired {
-    fn read(&mut self, register: Register) -> u16 {
+impl I2cRegisters for Wired {
+    fn read(&mut self, register: I2cRegister) -> u16 {
         let mut unit = self.0.borrow_mut();
         unit.access();
         unit.read_register(register)
     }
 
-    fn write(&mut self, register: Register, value: u16) {
+    fn write(&mut self, register: I2cRegister, value: u16) {
         let mut unit = self.0.borrow_mut();
         unit.access();
         unit.write_register(register, value);
@@ -612,19 +612,19 @@ impl Registers for Wired {
         self.0.borrow_mut().by_hand = false;
     }
 
-    fn pull(&mut self, line: Line) {
+    fn pull(&mut self, line: BusLine) {
         self.0.borrow_mut().set_pin(line, true);
     }
 
-    fn release(&mut self, line: Line) {
+    fn release(&mut self, line: BusLine) {
         self.0.borrow_mut().set_pin(line, false);
     }
 
-    fn is_high(&mut self, line: Line) -> bool {
+    fn is_high(&mut self, line: BusLine) -> bool {
         let unit = self.0.borrow();
         match line {
-            Line::Clock => !unit.pulls_clock && !unit.clock_held,
-            Line::Data => !unit.pulls_data && !unit.data_low(),
+            BusLine::Clock => !unit.pulls_clock && !unit.clock_held,
+            BusLine::Data => !unit.pulls_data && !unit.data_low(),
         }
     }
 
@@ -634,10 +634,10 @@ impl Registers for Wired {
         unit.pass(HALF_CLOCK_NS);
     }
 
-    fn undisturbed<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
-        self.0.borrow_mut().undisturbed = true;
+    fn without_interrupts<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        self.0.borrow_mut().without_interrupts = true;
         let result = work(self);
-        self.0.borrow_mut().undisturbed = false;
+        self.0.borrow_mut().without_interrupts = false;
         result
     }
 }
