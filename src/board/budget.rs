@@ -21,4 +21,3 @@ pub const INPUT_ROOM: usize = CAPACITY.div_ceil(crate::node::BATCH) + RESERVE;
 pub const REPORT_QUEUE: usize = 32;
 
 const _: () = assert!(INPUT_ROOM < SEND_QUEUE);
-const _: () = assert!(RECEIVE_QUEUE >= 2 * crate::link::WINDOW as usize * crate::link::MAX_FRAME);

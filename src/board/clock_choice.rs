@@ -1,6 +1,22 @@
 //! Chooses the core's clock: the best that the board can start.
 
-use crate::link::ClockSource;
+use serde::{Deserialize, Serialize};
+
+/// What the core's clock runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ClockSource {
+    /// No microcontroller: the node runs on a host.
+    Host,
+    /// Crystal and PLL, 168 MHz.
+    CrystalPll,
+    /// Internal oscillator and PLL, 168 MHz within 1 %: the crystal did not start.
+    InternalPll,
+    /// Internal oscillator, 16 MHz: the PLL did not lock.
+    Internal,
+    /// The clock unit answers nothing, as in an emulator; 168 MHz are assumed.
+    Unknown,
+}
 
 /// Access to the clock unit; every wait is bounded. The second implementor is the tests'
 /// model.

@@ -223,8 +223,9 @@ fn is_measured(input: &Input) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ClockSource, WIRE_VERSION};
+    use super::super::WIRE_VERSION;
     use super::*;
+    use crate::board::clock_choice::ClockSource;
     use crate::filter::{ParticleSet, Profile};
     use crate::geometry::Pose;
     use crate::model::Sample;

@@ -18,10 +18,12 @@ pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
 
 pub use loss_counter::LossCounter;
 pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, Truth};
-pub use report::{BoardStatus, Boot, ClockSource, Status};
+pub use report::{BoardStatus, Boot, Status};
 
 /// Version of the messages, sent in every boot message.
 pub const WIRE_VERSION: u8 = 3;
 
 /// Inputs that a board takes ahead of their answers.
 pub const WINDOW: u8 = 8;
+
+const _: () = assert!(crate::board::budget::RECEIVE_QUEUE >= 2 * WINDOW as usize * MAX_FRAME);

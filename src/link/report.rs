@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::board::clock_choice::ClockSource;
 use crate::node::NodeStatus;
 
 /// The introduction of a board: version, build, capacity, clock.
@@ -22,22 +23,6 @@ pub struct Boot {
     pub clock: ClockSource,
     /// Frequency that the board believes its core has, hertz.
     pub core_hz: u32,
-}
-
-/// What the core's clock runs on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ClockSource {
-    /// No microcontroller: the node runs on a host.
-    Host,
-    /// Crystal and PLL, 168 MHz.
-    CrystalPll,
-    /// Internal oscillator and PLL, 168 MHz within 1 %: the crystal did not start.
-    InternalPll,
-    /// Internal oscillator, 16 MHz: the PLL did not lock.
-    Internal,
-    /// The clock unit answers nothing, as in an emulator; 168 MHz are assumed.
-    Unknown,
 }
 
 /// The state of the node and of the board.

@@ -91,16 +91,16 @@ fn serialize_event<S: Serializer>(event: &Event, serializer: S) -> Result<S::Ok,
 
 impl<'de> Deserialize<'de> for Message {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_tuple(LONGEST, Parts)
+        deserializer.deserialize_tuple(LONGEST, MessageVisitor)
     }
 }
 
 /// Elements of the longest message: group, number, two fields.
 const LONGEST: usize = 4;
 
-struct Parts;
+struct MessageVisitor;
 
-impl<'de> Visitor<'de> for Parts {
+impl<'de> Visitor<'de> for MessageVisitor {
     type Value = Message;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

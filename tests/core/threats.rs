@@ -6,10 +6,11 @@ use amiro_ipf::board::acquisition::{Acquisition, CanAction};
 use amiro_ipf::board::can::{
     BodySpeed, CanIdentifier, CanMessage, actual_speed, proximity_ring, target_speed,
 };
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
-    self, Boot, ClockSource, Decoder, DeviceEndpoint, Encoder, Received, WINDOW, WIRE_VERSION,
+    self, Boot, Decoder, DeviceEndpoint, Encoder, Received, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Fault, Input, Node, Source, StepRule};

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use amiro_ipf::board::calibration::OffsetRefusal;
 use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
 use amiro_ipf::board::offsets::{OffsetOrigin, OffsetReport, Offsets};
 use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
@@ -21,8 +22,8 @@ use amiro_ipf::filter::{
 };
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::link::{
-    BoardStatus, Boot, ClockSource, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME,
-    Message, Received, SCENARIO_CHUNK, Status, Truth, WINDOW, WIRE_VERSION,
+    BoardStatus, Boot, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message,
+    Received, SCENARIO_CHUNK, Status, Truth, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};

@@ -22,28 +22,17 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
-    use amiro_ipf::board::acquisition::Acquisition;
     use amiro_ipf::board::acquisition::{Acquisition, Bus, ProximityRing};
-    use amiro_ipf::board::acquisition::{Bus, ProximityRing};
-    use amiro_ipf::board::calibration::OffsetMeasurement;
     use amiro_ipf::board::calibration::OffsetMeasurement;
     use amiro_ipf::board::can::{CanFrame, CanIdentifier};
-    use amiro_ipf::board::can::{CanFrame, CanIdentifier};
+    use amiro_ipf::board::clock_choice::ClockSource;
     use amiro_ipf::board::eeprom;
-    use amiro_ipf::board::offsets::{Offsets, STORE_BYTES};
     use amiro_ipf::board::offsets::{Offsets, STORE_BYTES};
     use amiro_ipf::board::supervision::{
         BootHistory, HISTORY_WORDS, LoadGuard, PostMortem, RECORD_WORDS,
     };
-    use amiro_ipf::board::supervision::{BootHistory, LoadGuard, PostMortem};
     use amiro_ipf::filter::ParticleSet;
-    use amiro_ipf::filter::ParticleSet;
-    use amiro_ipf::link::DeviceEndpoint;
-    use amiro_ipf::link::{Boot, ClockSource};
-    use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint};
-    use amiro_ipf::node::Node;
-    use amiro_ipf::node::seed::from_words;
-    use amiro_ipf::node::{self, from_words};
+    use amiro_ipf::link::{Boot, DeviceEndpoint};
     use amiro_ipf::node::{Node, seed};
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
@@ -150,7 +139,7 @@ mod alone {
         black_box((history.is_loop(), history.to_words()));
         let mut load = LoadGuard::new(black_box(0));
         black_box(load.on_step(black_box(0), black_box(0)));
-        black_box(from_words(&black_box([0; seed::WORDS])));
+        black_box(seed::from_words(&black_box([0; seed::WORDS])));
     }
 
     #[expect(unsafe_code, reason = "the function is declared so that it is missing")]

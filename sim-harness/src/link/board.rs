@@ -647,7 +647,8 @@ mod tests {
     use std::io::{Cursor, sink};
 
     use amiro_ipf::BUILD_ID;
-    use amiro_ipf::link::{ClockSource, Status};
+    use amiro_ipf::board::clock_choice::ClockSource;
+    use amiro_ipf::link::Status;
 
     use amiro_ipf::node::{Config, Input};
 

@@ -103,7 +103,8 @@ impl Greeting {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::link::{ClockSource, WIRE_VERSION};
+    use amiro_ipf::board::clock_choice::ClockSource;
+    use amiro_ipf::link::WIRE_VERSION;
 
     use super::*;
 

@@ -9,8 +9,9 @@ use std::thread;
 
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::board::acquisition::{Acquisition, BUSES};
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::filter::ParticleSet;
-use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint, Message, Priority, WINDOW, WIRE_VERSION};
+use amiro_ipf::link::{Boot, DeviceEndpoint, Message, Priority, WINDOW, WIRE_VERSION};
 use amiro_ipf::node::Node;
 
 use super::Board;

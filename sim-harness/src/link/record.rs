@@ -308,7 +308,8 @@ fn reconnect(
 mod tests {
     use std::io::{Read, pipe};
 
-    use amiro_ipf::link::{Boot, ClockSource, Decoder, Encoder, Received, Status, WIRE_VERSION};
+    use amiro_ipf::board::clock_choice::ClockSource;
+    use amiro_ipf::link::{Boot, Decoder, Encoder, Received, Status, WIRE_VERSION};
 
     use super::*;
 

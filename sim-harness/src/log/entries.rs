@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use super::amiro_text::Lines;
+use super::amiro_text::TextReader;
 use super::rules::{Entry, Rules};
 use super::source::Source;
 use super::stream::Frames;
@@ -14,15 +14,15 @@ use super::{Format, LogError, Problem, stream};
 pub(super) struct Entries<R> {
     source: Source<R>,
     rules: Rules,
-    pieces: Pieces,
+    pieces: EntryReader,
     is_at_end: bool,
 }
 
-/// The pieces that a source is cut into.
+/// What reads the entries of a format.
 #[derive(Debug)]
-enum Pieces {
-    Lines(Lines),
-    Frames(Frames),
+enum EntryReader {
+    Text(TextReader),
+    Stream(Frames),
 }
 
 impl<R: Read> Entries<R> {
@@ -38,8 +38,8 @@ impl<R: Read> Entries<R> {
             source,
             rules: Rules::new(format, room),
             pieces: match format {
-                Format::AmiroText => Pieces::Lines(Lines::default()),
-                Format::Stream => Pieces::Frames(Frames::default()),
+                Format::AmiroText => EntryReader::Text(TextReader::default()),
+                Format::Stream => EntryReader::Stream(Frames::default()),
             },
             is_at_end: false,
         })
@@ -58,12 +58,14 @@ impl<R: Read> Entries<R> {
                 return Ok(None);
             }
             let flow = match &mut self.pieces {
-                Pieces::Lines(lines) => lines.read_one(&mut self.source, &mut self.rules)?,
-                Pieces::Frames(frames) => frames.read_one(&mut self.source, &mut self.rules)?,
+                EntryReader::Text(lines) => lines.read_one(&mut self.source, &mut self.rules)?,
+                EntryReader::Stream(frames) => {
+                    frames.read_one(&mut self.source, &mut self.rules)?
+                }
             };
             if flow == ControlFlow::Break(()) {
                 self.is_at_end = true;
-                if let Pieces::Frames(frames) = &mut self.pieces {
+                if let EntryReader::Stream(frames) = &mut self.pieces {
                     frames.finish(&mut self.rules);
                 }
             }

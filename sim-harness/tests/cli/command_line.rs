@@ -9,10 +9,11 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
 
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::board::offsets::{OffsetOrigin, OffsetReport, Offsets};
 use amiro_ipf::board::supervision::{FailureCause, ImageCheck, Mode, PostMortem, Supervision};
 use amiro_ipf::link::{
-    Boot, ClockSource, Decoder, Encoder, Frame, Message, MessageRef, Received, Status, WIRE_VERSION,
+    Boot, Decoder, Encoder, Frame, Message, MessageRef, Received, Status, WIRE_VERSION,
 };
 use amiro_ipf::node::{Event, Fault, Input};
 use serialport::{SerialPort, TTYPort};

@@ -2,12 +2,13 @@
 
 use amiro_ipf::board::calibration::OffsetRefusal;
 use amiro_ipf::board::can::CanState;
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::link::{ClockSource, Message, Status};
+use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input, SeedSource, StepRule};
 use sim_harness::link::{

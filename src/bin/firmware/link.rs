@@ -7,7 +7,6 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use amiro_ipf::board::supervision::Task;
 use amiro_ipf::link::{MAX_FRAME, Priority};
-use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 

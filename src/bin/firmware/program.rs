@@ -1,13 +1,9 @@
 //! The work of `run`: heartbeats, reports and received bytes in, frames out.
 
 use amiro_ipf::board::supervision::{LoadGuard, Mode, Supervision, Task};
-use amiro_ipf::config::{Config, Source};
-use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::filter::ParticleSet;
-use amiro_ipf::input::Input;
 use amiro_ipf::link::{BoardStatus, DeviceEndpoint, Message};
 use amiro_ipf::node::{Config, Input, Node, Source};
-use amiro_ipf::wire::Terminal;
 
 use crate::clock::{CycleCounter, HEARTBEATS, uptime_ms};
 use crate::hal::{self, BootInfo, Loader};

@@ -5,11 +5,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use amiro_ipf::board::acquisition::{Acquisition, Bus, CanAction};
 use amiro_ipf::board::can::CanState;
 use amiro_ipf::board::health::{BusHealth, BusState, CanHealth, Health};
-
 use amiro_ipf::board::offsets::OffsetReport;
-use amiro_ipf::input::Input;
 use amiro_ipf::node::{Input, SeedSource};
-use amiro_ipf::seed::SeedSource;
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 

@@ -1,9 +1,10 @@
 //! A stream of frames and bytes into a board's end of a link.
 
+use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
-    Boot, ClockSource, DeviceEndpoint, Encoder, Frame, MAX_FRAME, Message, WINDOW, WIRE_VERSION,
+    Boot, DeviceEndpoint, Encoder, Frame, MAX_FRAME, Message, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{BATCH, Config, Event, Input, Node};

@@ -1,6 +1,6 @@
 //! Starts the core's clock: crystal and PLL, or the best that starts.
 
-use amiro_ipf::link::ClockSource;
+use amiro_ipf::board::clock_choice::ClockSource;
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
