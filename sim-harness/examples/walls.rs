@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use sim_harness::console;
 use sim_harness::evaluation::{Surroundings, WallReport};
-use sim_harness::mapping::{Grid, Map};
+use sim_harness::mapping::{Belief, Map};
 
 const STEP_M: f64 = 0.01;
 const LANE_M: f64 = 5.0;
@@ -33,7 +33,7 @@ fn main() {
 
 /// The map and the path of a drive of the given length.
 fn drive(length_m: f64) -> (Map, Vec<(f64, f64)>) {
-    let mut map = Grid::new(STEP_M, 0.5);
+    let mut map = Map::unknown(STEP_M);
     let mut path = Vec::new();
     for step in 0..(length_m / STEP_M) as u32 {
         let way_m = STEP_M * f64::from(step);
@@ -46,7 +46,7 @@ fn drive(length_m: f64) -> (Map, Vec<(f64, f64)>) {
         for wall_m in [-WALL_M, WALL_M] {
             let cell = map.cell_at(x, y + wall_m);
             if let Some(cell) = cell.and_then(|cell| map.reach(cell)) {
-                *cell = 1.0;
+                *cell = Belief::of_probability(1.0);
             }
         }
     }

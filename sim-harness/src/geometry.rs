@@ -4,7 +4,7 @@
 //! core's sine and cosine, and those of the crate `libm`: the same file and seed give the
 //! same world on every machine.
 
-use amiro_ipf::geometry::{Point, Rotation};
+use amiro_ipf::geometry::{Point, Pose, Rotation};
 
 /// A place in the world, or the way between two, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,11 +104,7 @@ impl Turn {
     /// The turn by an angle in radians.
     #[must_use]
     pub fn by_radians(radians: f32) -> Self {
-        let Rotation { sine, cosine } = Rotation::by(radians);
-        Self {
-            sine: f64::from(sine),
-            cosine: f64::from(cosine),
-        }
+        Self::from(Rotation::by(radians))
     }
 
     /// The turn by an angle in radians, in double precision.
@@ -149,6 +145,15 @@ impl Turn {
     }
 }
 
+impl From<Rotation> for Turn {
+    fn from(Rotation { sine, cosine }: Rotation) -> Self {
+        Self {
+            sine: f64::from(sine),
+            cosine: f64::from(cosine),
+        }
+    }
+}
+
 /// A place and a heading: where a frame lies in another one.
 ///
 /// Named by its two frames: `world_from_body * body_from_sensor` is `world_from_sensor`.
@@ -182,6 +187,12 @@ impl Pose2 {
         (point - self.position).turned(self.heading.inverse())
     }
 
+    /// The heading, radians in (-pi, pi].
+    #[must_use]
+    pub fn heading_rad(&self) -> f64 {
+        libm::atan2(self.heading.sine, self.heading.cosine)
+    }
+
     /// Angle between the two headings, radians in [0, pi].
     #[must_use]
     pub fn turn_to(&self, other: &Self) -> f64 {
@@ -199,6 +210,15 @@ impl Pose2 {
     }
 }
 
+impl From<Pose> for Pose2 {
+    fn from(pose: Pose) -> Self {
+        Self {
+            position: Vector::from(pose.position),
+            heading: Turn::by_radians(pose.heading.radians()),
+        }
+    }
+}
+
 impl core::ops::Mul for Pose2 {
     type Output = Self;
 
@@ -207,6 +227,23 @@ impl core::ops::Mul for Pose2 {
             position: self.place(inner.position),
             heading: inner.heading.after(self.heading),
         }
+    }
+}
+
+/// A rectangle with sides along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Lower left corner.
+    pub min: Vector,
+    /// Upper right corner.
+    pub max: Vector,
+}
+
+impl Rectangle {
+    /// Whether a place lies inside or on the edge.
+    #[must_use]
+    pub fn contains(&self, place: Vector) -> bool {
+        (self.min.x..=self.max.x).contains(&place.x) && (self.min.y..=self.max.y).contains(&place.y)
     }
 }
 

@@ -30,6 +30,7 @@ pub mod evaluation;
 pub mod faults;
 pub mod figures;
 pub mod geometry;
+pub mod lattice;
 pub mod link;
 pub mod log;
 pub mod mapping;

@@ -1,18 +1,99 @@
-//! A recorded drive through a mapping method, in one pass and bounded memory.
+//! A drive through a mapping method: the one place where records become a map.
+//!
+//! Records come from one of three sources: a dataset ([`dataset_records`]), the inverse
+//! particle filter over an AMiRo's inputs ([`filter_records`]), or the steps of an AMiRo
+//! without a filter ([`step_records`]). [`run`] passes them through a mapper.
 
 use std::path::Path;
 
+use amiro_ipf::config::Config;
+use amiro_ipf::input::Input;
 use serde::Serialize;
 
 use crate::datasets::{Dataset, DatasetError, PoseSource, RefusedRows};
-use crate::drive::{Keyframes, Record, Return, Scan};
-use crate::mapping::RangeInverseSensorMapper;
+use crate::drive::{FilterRecords, Keyframes, Record, Return, Scan};
+use crate::geometry::Vector;
+use crate::mapping::{Mapper, Method};
 use crate::rig::Rig;
+use crate::{RunError, RunOutcome};
 
-/// What of a drive is mapped.
+/// Passes all records of a source through a mapper, then finishes the map.
+///
+/// `watch` sees each record and the map as it was before that record.
+///
+/// # Errors
+/// Those of the source; the map then holds the records before the error.
+pub fn run<T, E>(
+    source: impl FnOnce(&mut dyn FnMut(&Record)) -> Result<T, E>,
+    mapper: &mut dyn Mapper,
+    watch: &mut dyn FnMut(&Record, &dyn Mapper),
+) -> Result<T, E> {
+    let result = source(&mut |record| {
+        watch(record, mapper);
+        mapper.take(record);
+    })?;
+    mapper.finish();
+    Ok(result)
+}
+
+/// Records of an AMiRo's drive as a method needs them: those of the filter, or of its
+/// steps alone.
+///
+/// The configuration is that of the method's profile.
+///
+/// # Errors
+/// As [`run`](crate::run()).
+pub fn records(
+    method: &Method,
+    config: &Config,
+    inputs: &[Input],
+    take: &mut dyn FnMut(&Record),
+) -> Result<RunOutcome, RunError> {
+    match method.profile() {
+        Some(_) => filter_records(config, inputs, take),
+        None => step_records(config, inputs, take),
+    }
+}
+
+/// Records of the inverse particle filter over a drive's inputs: for each step its pose,
+/// its scan and the outcomes of its particles.
+///
+/// # Errors
+/// As [`run`](crate::run()).
+pub fn filter_records(
+    config: &Config,
+    inputs: &[Input],
+    take: &mut dyn FnMut(&Record),
+) -> Result<RunOutcome, RunError> {
+    let mut records = FilterRecords::new(config.photometry);
+    crate::run(config, inputs, |event| records.translate(event, take))
+}
+
+/// Records of the same steps without the filter: pose and scan of each.
+///
+/// # Errors
+/// As [`run`](crate::run()).
+pub fn step_records(
+    config: &Config,
+    inputs: &[Input],
+    take: &mut dyn FnMut(&Record),
+) -> Result<RunOutcome, RunError> {
+    // One particle: the steps do not depend on it.
+    let config = Config {
+        particles_per_sensor: 1,
+        ..*config
+    };
+    filter_records(&config, inputs, &mut |record| {
+        if !matches!(record, Record::Outcomes(_)) {
+            take(record);
+        }
+    })
+}
+
+/// What of a recorded drive is mapped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveOptions {
-    /// Which poses of the recording are believed.
+    /// Which poses of the recording are used.
     pub poses: PoseSource,
     /// Poses that are mapped.
     pub keyframes: Keyframes,
@@ -20,7 +101,7 @@ pub struct DriveOptions {
     pub mounts: Vec<String>,
 }
 
-/// A drive in figures.
+/// A recorded drive in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DriveFigures {
     /// Poses of the recording.
@@ -39,59 +120,64 @@ pub struct DriveFigures {
     pub refused_rows: u64,
 }
 
-/// What came of a drive.
+/// What was read of a recorded drive.
 #[derive(Clone, Debug)]
-pub struct DriveRun {
-    /// The drive in figures.
+pub struct DriveSummary {
+    /// The drive in numbers.
     pub figures: DriveFigures,
     /// The robot's places at the keyframes, metres.
     pub path: Vec<(f64, f64)>,
-    /// What was refused.
+    /// Rows that were refused.
     pub refused: RefusedRows,
 }
 
-/// Reads a drive and maps its keyframes.
+/// Records of a dataset's keyframes: their poses, and the scans of the mounts asked for.
 ///
-/// Memory: the map, one row of the recording, and a place per keyframe.
+/// Memory: one row of the recording, and a place per keyframe.
 ///
 /// # Errors
 /// As [`Dataset::read`].
-pub fn run(
+pub fn dataset_records(
     dataset: &dyn Dataset,
     path: &Path,
     rig: &Rig,
     options: &DriveOptions,
-    mapper: &mut RangeInverseSensorMapper,
-) -> Result<DriveRun, DatasetError> {
+    take: &mut dyn FnMut(&Record),
+) -> Result<DriveSummary, DatasetError> {
     let mut keyframes = options.keyframes;
     let mut figures = DriveFigures::default();
-    let mut way: Vec<(f64, f64)> = Vec::new();
-    let mut last = None;
+    let mut places: Vec<(f64, f64)> = Vec::new();
+    let mut last: Option<Vector> = None;
     let mut is_keyframe = false;
-    let refused = dataset.read(path, rig, options.poses, &mut |record| match record {
-        Record::Pose {
-            world_from_body, ..
-        } => {
-            let place = world_from_body.position;
-            figures.poses += 1;
-            figures.path_m += last.map_or(0.0, |last| (place - last).norm());
-            last = Some(place);
-            is_keyframe = keyframes.take(world_from_body);
-            if is_keyframe {
-                figures.keyframes += 1;
-                way.push((place.x, place.y));
+    let refused = dataset.read(path, rig, options.poses, &mut |record| {
+        match record {
+            Record::Pose {
+                world_from_body, ..
+            } => {
+                let place = world_from_body.position;
+                figures.poses += 1;
+                figures.path_m += last.map_or(0.0, |last| (place - last).norm());
+                last = Some(place);
+                is_keyframe = keyframes.take(world_from_body);
+                if is_keyframe {
+                    figures.keyframes += 1;
+                    places.push((place.x, place.y));
+                }
             }
+            Record::Scan(scan) if is_keyframe && is_wanted(rig, scan, &options.mounts) => {
+                figures.count(&scan.returns);
+            }
+            Record::Scan(_) => return,
+            Record::OdometryReset { .. } | Record::Outcomes(_) => {}
         }
-        Record::Scan(scan) if is_keyframe && is_wanted(rig, scan, &options.mounts) => {
-            figures.count(&scan.returns);
-            mapper.take(rig, scan);
+        if is_keyframe {
+            take(record);
         }
-        Record::Scan(_) => {}
     })?;
     figures.refused_rows = refused.count;
-    Ok(DriveRun {
+    Ok(DriveSummary {
         figures,
-        path: way,
+        path: places,
         refused,
     })
 }

@@ -1,22 +1,25 @@
 //! What a run's events add up to: the map, the path, the counts.
 
-use amiro_ipf::event::{Event, StepBegun, StepDone};
-use amiro_ipf::geometry::Pose;
+use amiro_ipf::config::Config;
+use amiro_ipf::event::{Event, StepDone};
 use amiro_ipf::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use serde::Serialize;
 
+use crate::drive::{FilterRecords, Record};
+use crate::geometry::Pose2;
 use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
 /// Collects a run's events, from a host's node or from a board alike.
 #[derive(Clone, Debug)]
 pub struct Survey {
+    records: FilterRecords,
     mapper: FootprintMapper<CountingMapper>,
-    poses: Vec<Pose>,
+    poses: Vec<Pose2>,
     /// The poses to which the robot did not drive from the pose before, by index.
     jumps: Vec<usize>,
-    last_step: Option<StepBegun>,
-    /// Whether the odometry broke off since the last step.
-    is_broken: bool,
+    last: Option<(u64, Pose2)>,
+    /// Whether the odometry was reset since the last step.
+    is_reset: bool,
     figures: Figures,
 }
 
@@ -59,51 +62,61 @@ pub struct Figures {
 }
 
 impl Survey {
-    /// An empty survey with map cells of the given size, metres.
+    /// An empty survey of a robot with a configuration, with map cells of the given size,
+    /// metres; with a radius, metres, the footprint of that hull is free in the map.
     #[must_use]
-    pub fn new(cell_m: f64) -> Self {
-        Self::with_footprint(cell_m, None)
-    }
-
-    /// An empty survey in whose map the footprint of a hull of the given radius, metres,
-    /// is free; without a radius as [`new`](Self::new).
-    #[must_use]
-    pub fn with_footprint(cell_m: f64, hull_radius_m: Option<f64>) -> Self {
+    pub fn new(config: &Config, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
         let mapper = CountingMapper::new(cell_m);
         Self {
+            records: FilterRecords::new(config.photometry),
             mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
             poses: Vec::new(),
             jumps: Vec::new(),
-            last_step: None,
-            is_broken: false,
+            last: None,
+            is_reset: false,
             figures: Figures::default(),
         }
     }
 
     /// Takes the next event.
     pub fn take(&mut self, event: &Event) {
-        self.mapper.take(event);
-        match event {
-            Event::StepBegun(step) => self.begin_step(step),
-            Event::BrokeOff { .. } => self.is_broken = true,
-            Event::StepDone(done) => self.figures.add(done),
-            _ => {}
+        if let Event::StepDone(done) = event {
+            self.figures.add(done);
         }
-    }
-
-    fn begin_step(&mut self, step: &StepBegun) {
-        let is_jump = |last: &StepBegun| self.is_broken || !is_drivable(last, step);
-        if self.last_step.as_ref().is_some_and(is_jump) {
-            self.jumps.push(self.poses.len());
-        }
-        self.poses.push(step.pose);
-        self.last_step = Some(*step);
-        self.is_broken = false;
+        let Self {
+            records,
+            mapper,
+            poses,
+            jumps,
+            last,
+            is_reset,
+            ..
+        } = self;
+        records.translate(event, &mut |record| {
+            mapper.take(record);
+            match record {
+                Record::Pose {
+                    stamp_us,
+                    world_from_body,
+                } => {
+                    let to = (*stamp_us, *world_from_body);
+                    let is_jump = |from: &_| *is_reset || !is_drivable(from, &to);
+                    if last.as_ref().is_some_and(is_jump) {
+                        jumps.push(poses.len());
+                    }
+                    poses.push(*world_from_body);
+                    *last = Some(to);
+                    *is_reset = false;
+                }
+                Record::OdometryReset { .. } => *is_reset = true,
+                Record::Scan(_) | Record::Outcomes(_) => {}
+            }
+        });
     }
 
     /// The robot's pose at each step.
     #[must_use]
-    pub fn poses(&self) -> &[Pose] {
+    pub fn poses(&self) -> &[Pose2] {
         &self.poses
     }
 
@@ -112,7 +125,7 @@ impl Survey {
     pub fn path(&self) -> Vec<(f64, f64)> {
         self.poses
             .iter()
-            .map(|pose| (f64::from(pose.position.x), f64::from(pose.position.y)))
+            .map(|pose| (pose.position.x, pose.position.y))
             .collect()
     }
 
@@ -147,10 +160,7 @@ impl Survey {
         let path_m = lengths.fold(0.0, |sum, length_m| sum + length_m);
         let gaps = path.len().saturating_sub(1 + self.jumps.len());
         let map = self.map();
-        let count = |wanted: Occupancy| {
-            let cells = map.iter().filter(|(_, p)| Occupancy::of(**p) == wanted);
-            cells.count() as u64
-        };
+        let count = |wanted| map.count(wanted) as u64;
         Figures {
             path_m,
             jumps: self.jumps.len() as u64,
@@ -168,11 +178,11 @@ impl Survey {
 ///
 /// Each pose may be predicted over the age that an odometry pose may have at most, so
 /// that both may be off by that much way.
-fn is_drivable(from: &StepBegun, to: &StepBegun) -> bool {
-    let between_us = to.stamp_us.saturating_sub(from.stamp_us);
+fn is_drivable((from_us, from): &(u64, Pose2), (to_us, to): &(u64, Pose2)) -> bool {
+    let between_us = to_us.saturating_sub(*from_us);
     let seconds = 1e-6 * between_us.saturating_add(2 * MAX_AGE_US) as f64;
-    let way = to.pose.position - from.pose.position;
-    f64::from(way.norm()) <= f64::from(MAX_SPEED_M_PER_S) * seconds
+    let way = to.position - from.position;
+    way.norm() <= f64::from(MAX_SPEED_M_PER_S) * seconds
 }
 
 impl Figures {
@@ -191,8 +201,9 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::event::{ParticleEvent, Particles};
-    use amiro_ipf::filter::Outcome;
+    use amiro_ipf::event::{ParticleEvent, Particles, StepBegun};
+    use amiro_ipf::filter::{Outcome, Profile};
+    use amiro_ipf::geometry::Pose;
     use amiro_ipf::sensor::{SENSORS, Sample};
 
     fn step(index: u32, x: f32, y: f32) -> Event {
@@ -215,7 +226,7 @@ mod tests {
     }
 
     fn figures(events: &[Event]) -> Figures {
-        let mut survey = Survey::new(0.01);
+        let mut survey = Survey::new(&Config::amiro(Profile::Plus), 0.01, None);
         events.iter().for_each(|event| survey.take(event));
         survey.figures()
     }

@@ -2,7 +2,7 @@
 //!
 //! `docs/protocol.md` is the specification; this code follows it. A change there
 //! raises [`WIRE_VERSION`] in the same commit and adds a golden frame to
-//! `tests/wire.rs`.
+//! `tests/link/wire.rs`.
 
 mod decoder;
 mod frame;

@@ -10,9 +10,6 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
-
-use sim_harness::link::{Board, Image, Layout, build_image};
 
 /// Says in one line, past the test runner's capture, why a test did not run.
 ///
@@ -32,18 +29,10 @@ pub(crate) fn say_skipped(reason: &str) {
     let _ = writeln!(std::io::stderr(), "skipped: {reason}");
 }
 
-/// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.
-pub(crate) fn recordings() -> Option<PathBuf> {
-    let folder = std::env::var_os("IPF_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
-        PathBuf::from,
-    );
-    folder.join("amiro").is_dir().then_some(folder)
-}
-
 /// Whether images can be built and run here; says in one line why not.
 pub(crate) fn can_emulate() -> bool {
-    if !Board::is_qemu_installed() {
+    let qemu = Command::new("qemu-system-arm").arg("--version").output();
+    if qemu.is_err() {
         skip("no QEMU (qemu-system-arm)");
         return false;
     }
@@ -52,30 +41,6 @@ pub(crate) fn can_emulate() -> bool {
         return false;
     }
     true
-}
-
-/// The image, built once; `None`, said in one line, where it cannot be built or run.
-pub(crate) fn image() -> Option<&'static Image> {
-    static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
-    built_once(&IMAGE, Layout::Bare)
-}
-
-/// The image for AMiRo's boot loader, built once; `None` as for [`image`].
-pub(crate) fn amiro_image() -> Option<&'static Image> {
-    static IMAGE: OnceLock<Option<Image>> = OnceLock::new();
-    built_once(&IMAGE, Layout::Amiro)
-}
-
-fn built_once(image: &'static OnceLock<Option<Image>>, layout: Layout) -> Option<&'static Image> {
-    image
-        .get_or_init(|| {
-            if !can_emulate() {
-                return None;
-            }
-            let path = build_image(layout).unwrap();
-            Some(Image::read(&path).unwrap())
-        })
-        .as_ref()
 }
 
 fn is_target_installed() -> bool {
@@ -93,9 +58,17 @@ fn is_target_installed() -> bool {
         })
 }
 
+/// The folder of the workspace, from the tests of any of its packages.
+pub(crate) fn root() -> &'static Path {
+    let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    folders
+        .find(|folder| folder.join("Cargo.lock").is_file())
+        .unwrap()
+}
+
 /// Every Rust file below a folder of the project, or the file itself, with its text.
 pub(crate) fn rust_files(place: &str) -> Vec<(PathBuf, String)> {
-    let mut rest = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(place)];
+    let mut rest = vec![root().join(place)];
     let mut files = Vec::new();
     while let Some(path) = rest.pop() {
         if path.is_dir() {

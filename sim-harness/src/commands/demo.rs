@@ -48,7 +48,7 @@ impl Demo {
             surveys.push((name, survey));
         }
         if let Some((_, survey)) = surveys.first() {
-            let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+            let map = AllFreeMapper::new(scenario.cell_m, Some(&scenario.extent)).map();
             let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
             report.push(format!("{:>8}  {scores}", "all-free"));
         }
@@ -93,7 +93,7 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::with_footprint(scenario.cell_m, self.footprint.radius_m(&config));
+        let mut survey = Survey::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

@@ -15,9 +15,9 @@ use clap::Args;
 use sim_harness::console;
 use sim_harness::evaluation::recorded::recorded_walls;
 use sim_harness::evaluation::{
-    Claim, Comparison, Method, Over, STANDARD, Trial, Verdict, json, paper_claims, standard,
-    thresholds,
+    Claim, Comparison, Over, STANDARD, Trial, Verdict, json, paper_claims, standard, thresholds,
 };
+use sim_harness::mapping::Method;
 use sim_harness::output;
 use sim_harness::robot::{SensorFaultTrials, StampTrials};
 use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};

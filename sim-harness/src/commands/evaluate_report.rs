@@ -2,8 +2,9 @@
 
 use sim_harness::console;
 use sim_harness::evaluation::{
-    Comparison, Figure, Measure, Method, SCORES_IN_WORDS, Spread, Trial, Trials, Verdict,
+    Comparison, Figure, Measure, SCORES_IN_WORDS, Spread, Trial, Trials, Verdict,
 };
+use sim_harness::mapping::Method;
 
 /// Most overall error that the AMiRo's odometry may cost, as a share.
 const ODOMETRY_LOSS_AT_MOST: f64 = 0.005;
@@ -42,7 +43,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3]) -> bool {
     );
     let mut all_hold = true;
     for scenario in &comparison.scenarios {
-        for method in [Method::Paper, Method::Plus] {
+        for method in [Method::PAPER, Method::PLUS] {
             let oe =
                 trials.map(|trials| Trials::of(trials, &scenario.name, method)?.mean(Measure::Oe));
             let [Some(exact), Some(amiro), undated] = oe else {
@@ -152,8 +153,8 @@ pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
          likewise",
     );
     for scenario in &comparison.scenarios {
-        for filter in [Method::Paper, Method::Plus, Method::PlusCarving] {
-            for model in [Method::IsmStandard, Method::IsmTuned] {
+        for filter in [Method::PAPER, Method::PLUS] {
+            for model in [Method::ISM_STANDARD, Method::ISM_TUNED] {
                 let of = |method| Trials::of(trials, &scenario.name, method);
                 if let Some((its, models)) = of(filter).zip(of(model)) {
                     let differences = its.less(&models, Measure::Oe);
@@ -207,7 +208,7 @@ pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
 pub(super) fn not_reproduced(trials: &[Trial]) {
     console::print("Not reproduced: a range that is almost doubled (section 5.2).");
     for scenario in ["ssso", "msso"] {
-        let distances = [Method::Paper, Method::Plus, Method::IsmStandard].map(|method| {
+        let distances = [Method::PAPER, Method::PLUS, Method::ISM_STANDARD].map(|method| {
             let trials = Trials::of(trials, scenario, method)?;
             let millimetres = trials
                 .mean(Measure::DetectedAt)
@@ -228,7 +229,7 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
     }
     for scenario in ["ssso", "msso", "msod"] {
         let oe = |method| Trials::of(trials, scenario, method)?.mean(Measure::Oe);
-        let both = oe(Method::Paper).zip(oe(Method::IsmTuned));
+        let both = oe(Method::PAPER).zip(oe(Method::ISM_TUNED));
         if let Some((filter, tuned)) = both.filter(|(filter, tuned)| filter >= tuned) {
             console::print(format_args!(
                 "Not reproduced against the tuned ISM: lower OE in {scenario}, {:.1} and {:.1} %.",

@@ -2,7 +2,7 @@
 
 use amiro_ipf::config::Config;
 use clap::ValueEnum;
-use sim_harness::mapping::hull_radius_m;
+use sim_harness::rig::Rig;
 
 /// Whether the cells under the robot's hull are free in the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -17,7 +17,7 @@ impl FootprintSwitch {
     /// Radius of the hull of a configuration's robot, metres; `None` when off.
     pub(super) fn radius_m(self, config: &Config) -> Option<f64> {
         match self {
-            Self::On => Some(hull_radius_m(&config.ring)),
+            Self::On => Some(Rig::from(config).radius_m),
             Self::Off => None,
         }
     }

@@ -1,13 +1,14 @@
 //! `cargo ipf map`: a recorded drive of any robot, mapped from its ranges.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
 use serde::Serialize;
 use sim_harness::datasets::{DATASETS, PoseSource, recognise};
 use sim_harness::drive::Keyframes;
 use sim_harness::figures::{MapPicture, MapServerPair};
-use sim_harness::mapping::{MAX_CELLS, Occupancy, RANGE_METHODS, RangeMethod};
+use sim_harness::mapping::{MAX_CELLS, Mapper, Method, Occupancy, Setup};
 use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
 use sim_harness::rig::Rig;
 use sim_harness::{console, output};
@@ -66,9 +67,7 @@ impl Map {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         let rig = Rig::load(&self.rig)?;
-        let known = RANGE_METHODS.map(|method| method.name).join(", ");
-        let method = RangeMethod::named(&self.method)
-            .ok_or_else(|| format!("--method {}: {known} are known", self.method))?;
+        let method = self.method()?;
         for name in &self.sensors {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
                 return Err(format!("--sensors {name}: rig {} has none", rig.name).into());
@@ -82,15 +81,21 @@ impl Map {
         std::fs::create_dir_all(&self.out)
             .map_err(|error| format!("--out {}: {error}", self.out.display()))?;
         let cell_m = 1e-3 * f64::from(self.cell_mm);
-        let mut mapper = method.mapper(cell_m, self.no_echo_is_free);
+        let mut mapper = method.mapper(&Setup {
+            rig: &rig,
+            cell_m,
+            footprint: false,
+            extent: None,
+        });
         let options = self.options();
-        let run = pipeline::run(dataset, &self.drive, &rig, &options, &mut mapper)?;
+        let run = pipeline::run(
+            |take| pipeline::dataset_records(dataset, &self.drive, &rig, &options, take),
+            &mut mapper,
+            &mut |_, _| {},
+        )?;
 
         let map = mapper.map();
-        let count = |wanted| {
-            let cells = map.iter().filter(|(_, p)| Occupancy::of(**p) == wanted);
-            cells.count() as u64
-        };
+        let count = |wanted| map.count(wanted) as u64;
         let summary = Summary {
             format: dataset.name(),
             rig: &rig.name,
@@ -100,7 +105,7 @@ impl Map {
             figures: &run.figures,
             cells_occupied: count(Occupancy::Occupied),
             cells_free: count(Occupancy::Free),
-            cells_refused: mapper.refused_cells(),
+            cells_refused: map.refused(),
         };
         let title = format!("{}, {}", rig.name, method.name);
         let picture = MapPicture {
@@ -118,6 +123,22 @@ impl Map {
         }
         report(&summary);
         Ok(Ending::Good)
+    }
+
+    /// The method of this name, if records of ranges are enough for it.
+    fn method(&self) -> Result<Method, String> {
+        let is_of_ranges = |method: &Method| method.profile().is_none();
+        let method = Method::from_str(&self.method).ok().filter(is_of_ranges);
+        let method = method.ok_or_else(|| {
+            let known = Method::ALL.into_iter().filter(is_of_ranges);
+            let known: Vec<_> = known.map(|method| method.name).collect();
+            format!("--method {}: {} are known", self.method, known.join(", "))
+        })?;
+        Ok(if self.no_echo_is_free {
+            method.with_no_echo_free()
+        } else {
+            method
+        })
     }
 
     fn options(&self) -> DriveOptions {

@@ -10,14 +10,15 @@ use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::console;
-use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
+use sim_harness::drive::FilterRecords;
+use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
 use sim_harness::link::{
     Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, listen,
     post_mortem_in_words,
 };
 use sim_harness::log::{self, Recording, RecordingWriter};
-use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
+use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS, Mapper};
 use sim_harness::output;
 use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
@@ -207,7 +208,7 @@ impl Replay {
                 .events
                 .iter()
                 .any(|event| matches!(event, Event::StepDone(_)));
-        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
+        let mut survey = Survey::new(config, cell_m, self.footprint.radius_m(config));
         let mut events = Kept::new(is_scored);
         let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
         let mut comparison = Comparison::default();
@@ -278,7 +279,7 @@ impl Replay {
             .map(|&(input, fault)| (input + 1, fault))
             .collect();
         comparison.expect_refusals(&refusals);
-        let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
+        let mut survey = Survey::new(config, cell_m, self.footprint.radius_m(config));
         let mut events = Kept::new(is_scored);
         let mut slowest_step = 0;
         let mut all = vec![Input::Configure(*config)];
@@ -342,8 +343,15 @@ impl Replay {
                 scenario.cell_m,
                 self.footprint.radius_m(config),
             );
-            let events = run.events.all.as_deref().unwrap_or_default();
-            DriveScores::of(&mut mapper, events, scenario, &truth)
+            let mut judge = DriveJudge::new(scenario, &truth, survey.poses());
+            let mut records = FilterRecords::new(config.photometry);
+            for event in run.events.all.iter().flatten() {
+                records.translate(event, &mut |record| {
+                    judge.take(record, &mapper);
+                    mapper.take(record);
+                });
+            }
+            judge.finish(&mapper)
         });
         let walls = scenario.is_none().then(|| Walls::of(survey));
         output::create_folder(&self.out)?;

@@ -7,6 +7,7 @@ use amiro_ipf::config::Config;
 use serde::Serialize;
 use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
 use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
+use sim_harness::geometry::Pose2;
 use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
 use sim_harness::world::Scenario;
@@ -90,13 +91,13 @@ pub(super) fn picture(
 ) -> Picture {
     let path = survey.path();
     let outlines = scenario.map(outlines).unwrap_or_default();
-    let heading = survey.poses().last().map(|pose| pose.heading.radians());
+    let heading = survey.poses().last().map(Pose2::heading_rad);
     MapPicture {
         robot_radius_m: None,
         title: Some(title),
         path: &path,
         jumps: survey.jumps(),
-        final_heading_rad: heading.map(f64::from),
+        final_heading_rad: heading,
         outlines: &outlines,
         window,
     }

@@ -20,7 +20,8 @@ use super::lines::Lines;
 use super::{Dataset, DatasetError, PoseSource, RefusedRow, RefusedRows};
 use crate::drive::{Record, Return, Scan};
 use crate::geometry::Pose2;
-use crate::rig::{Rig, Sensor};
+use crate::rig::Rig;
+use crate::sensors::Sensor;
 
 /// The format; see the module.
 #[derive(Clone, Copy, Debug)]
@@ -232,7 +233,7 @@ fn check_rig(rig: &Rig, has_laser: bool) -> Result<(), DatasetError> {
             .all(|mount| matches!(mount.sensor, Sensor::Cone(_)));
     let is_scanner = rest
         .first()
-        .is_some_and(|mount| mount.sensor.returns() == BEAMS);
+        .is_some_and(|mount| mount.sensor.model().returns() == BEAMS);
     if are_cones && (is_scanner || !has_laser) {
         return Ok(());
     }
@@ -313,14 +314,10 @@ fn ranges(
 
 /// What a range in millimetres means to a sensor; `None` if it is no range.
 fn measured(sensor: &Sensor, mm: f64, no_echo_mm: f64) -> Option<Return> {
-    let (Sensor::Cone(super::super::rig::Cone {
-        range_m, sigma_m, ..
-    })
-    | Sensor::Scanner(super::super::rig::Scanner {
-        range_m, sigma_m, ..
-    })) = *sensor
-    else {
-        return None;
+    let (range_m, sigma_m) = match sensor {
+        Sensor::Cone(cone) => (cone.range_m, cone.sigma_m),
+        Sensor::Scanner(scanner) => (scanner.range_m, scanner.sigma_m),
+        Sensor::Infrared(_) => return None,
     };
     let [nearest_m, farthest_m] = range_m;
     let metres = 1e-3 * mm;
@@ -329,6 +326,7 @@ fn measured(sensor: &Sensor, mm: f64, no_echo_mm: f64) -> Option<Return> {
     } else if mm >= no_echo_mm || metres > farthest_m {
         Return::NoEcho {
             limit_m: farthest_m,
+            sigma_m,
         }
     } else if metres < nearest_m {
         Return::TooClose

@@ -1,7 +1,9 @@
-//! A drive as records, for any robot: poses and scans in SI units.
+//! A drive as records, for any robot: poses, scans and outcomes in SI units.
 
+mod filter_records;
 mod keyframes;
 mod record;
 
+pub use filter_records::FilterRecords;
 pub use keyframes::Keyframes;
-pub use record::{Record, Return, Scan};
+pub use record::{PointOutcome, Record, Return, Scan};

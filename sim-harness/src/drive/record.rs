@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Vector};
 
 /// One row of a drive, in SI units; stamps are microseconds from the drive's first row.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +14,15 @@ pub enum Record {
         /// The robot's origin in the world.
         world_from_body: Pose2,
     },
+    /// The odometry was reset: the robot did not drive from the pose before to the next.
+    OdometryReset {
+        /// When, microseconds.
+        stamp_us: u64,
+    },
     /// What sensors returned at one instant.
     Scan(Scan),
+    /// What an inverse particle filter found, on a board or on the host.
+    Outcomes(Vec<PointOutcome>),
 }
 
 /// Returns of neighbouring mounts at one instant.
@@ -25,9 +32,8 @@ pub struct Scan {
     pub stamp_us: u64,
     /// The robot's origin in the world at that time.
     pub world_from_body: Pose2,
-    /// The mounts of the rig, by index; each has [`Sensor::returns`] returns.
-    ///
-    /// [`Sensor::returns`]: crate::rig::Sensor::returns
+    /// The mounts of the rig, by index; each has as many returns as its sensor's
+    /// [`returns`](crate::sensors::RangeSensor::returns).
     pub mounts: Range<usize>,
     /// The returns, mount by mount.
     pub returns: Vec<Return>,
@@ -45,11 +51,22 @@ pub enum Return {
     },
     /// No surface up to a limit.
     NoEcho {
-        /// The limit, metres.
+        /// The limit on the axis, metres.
         limit_m: f64,
+        /// Standard deviation of the limit, metres, not negative.
+        sigma_m: f64,
     },
     /// A surface nearer than the sensor can measure.
     TooClose,
     /// No measurement.
     Invalid,
+}
+
+/// A place at which an inverse particle filter found a surface, or found none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointOutcome {
+    /// Where, metres in the world.
+    pub place: Vector,
+    /// Whether a surface was found there.
+    pub is_occupied: bool,
 }

@@ -5,7 +5,8 @@
 //! and more, and for the matched sensor only. Ratios hold where absolute figures depend
 //! on the simulator.
 
-use super::{Claim, Measure, Method, Over, Relation};
+use super::{Claim, Measure, Over, Relation};
+use crate::mapping::Method;
 
 /// Bounds of one scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,15 +128,15 @@ impl Bounds {
         use Measure::{Cells, Oe, OePathMean, SurfaceRecall, Tpr};
         use Relation::{AtLeast, AtMost};
         let (paper, plus) = (self.paper, self.plus);
-        let standard = Over::MeanShareOf(Method::IsmStandard);
-        let tuned = Over::MeanShareOf(Method::IsmTuned);
+        let standard = Over::MeanShareOf(Method::ISM_STANDARD);
+        let tuned = Over::MeanShareOf(Method::ISM_TUNED);
         let paper = [
             (Oe, Over::Mean, AtMost, paper.oe),
             (Oe, standard, AtMost, paper.oe_ratio),
             (OePathMean, standard, AtMost, paper.path_ratio),
             (SurfaceRecall, Over::Mean, AtLeast, paper.surface_recall),
         ]
-        .map(|row| (Method::Paper, row));
+        .map(|row| (Method::PAPER, row));
         let plus = [
             (Oe, Over::Mean, AtMost, plus.oe),
             (Oe, tuned, AtMost, plus.oe_ratio),
@@ -143,7 +144,7 @@ impl Bounds {
             (SurfaceRecall, Over::Mean, AtLeast, plus.surface_recall),
             (Cells, tuned, AtLeast, plus.cells_ratio),
         ]
-        .map(|row| (Method::Plus, row));
+        .map(|row| (Method::PLUS, row));
         let claim = |(method, (measure, over, relation, bound))| Claim {
             scenario: self.scenario,
             method,
@@ -161,49 +162,49 @@ fn opening_claims(scenario: &'static str) -> Vec<Claim> {
     use Relation::{AtLeast, AtMost};
     let rows = [
         (
-            Method::Paper,
+            Method::PAPER,
             OpeningFalse,
             Over::Mean,
             AtMost,
             OPENING_FALSE_AT_MOST,
         ),
         (
-            Method::Paper,
+            Method::PAPER,
             OpeningFrontier,
             Over::Smallest,
             AtLeast,
             OPENING_FRONTIER_AT_LEAST,
         ),
         (
-            Method::Plus,
+            Method::PLUS,
             OpeningFalse,
             Over::Mean,
             AtMost,
             OPENING_FALSE_AT_MOST,
         ),
         (
-            Method::Plus,
+            Method::PLUS,
             OpeningFrontier,
             Over::Smallest,
             AtLeast,
             OPENING_FRONTIER_AT_LEAST,
         ),
         (
-            Method::IsmStandard,
+            Method::ISM_STANDARD,
             OpeningFalseLeast,
             Over::Mean,
             AtLeast,
             OPENING_FALSE_OF_ISM,
         ),
         (
-            Method::IsmStandard,
+            Method::ISM_STANDARD,
             OpeningFrontierMost,
             Over::Largest,
             AtMost,
             0.0,
         ),
         (
-            Method::IsmTuned,
+            Method::ISM_TUNED,
             OpeningFalseLeast,
             Over::Mean,
             AtLeast,

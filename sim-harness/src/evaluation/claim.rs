@@ -3,7 +3,8 @@
 use core::fmt;
 
 use super::comparison::Trial;
-use super::{Figure, Measure, Method, Trials};
+use super::{Figure, Measure, Trials};
+use crate::mapping::Method;
 
 /// Something that is said of a method and can be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +24,7 @@ pub struct Claim {
 }
 
 /// How the seeds are taken together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
     /// Their mean.
     Mean,
@@ -148,7 +149,7 @@ mod tests {
     fn verdict(measured: Option<f64>, relation: Relation) -> Verdict {
         let claim = Claim {
             scenario: "msod",
-            method: Method::Paper,
+            method: Method::PAPER,
             measure: Measure::Oe,
             over: Over::Mean,
             relation,

@@ -3,16 +3,16 @@
 use core::ops::Range;
 
 use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
-use super::drive_scores::step_poses;
-use super::{DriveScores, Method, Truth};
-use crate::mapping::{FootprintMapper, hull_radius_m};
-use crate::world::{Options, Scenario, Simulation, simulate_with};
-use crate::{RunError, run};
+use super::{DriveJudge, DriveScores, Truth};
+use crate::drive::Record;
+use crate::mapping::{Method, Setup};
+use crate::rig::Rig;
+use crate::world::{Options, Scenario, simulate_with};
+use crate::{RunError, RunOutcome, pipeline};
 
 /// What is to be compared on what.
 #[derive(Clone, Debug)]
@@ -100,96 +100,76 @@ impl Comparison {
         Ok(drives?.into_iter().flatten().collect())
     }
 
-    /// All methods on one drive: one simulation, one run of each profile.
+    /// All methods on one drive.
     fn drive(&self, scenario: &Scenario, seed: u64) -> Result<Vec<Trial>, ComparisonError> {
-        let simulation = simulate_with(scenario, seed, &self.options);
-        let runs = self.profiles().into_iter().map(|(profile, particles)| {
-            let mut config = Config {
-                seed,
-                particles_per_sensor: particles,
-                ..scenario.config(profile)
-            };
-            if let Some(alpha) = self.alpha_counts_m2 {
-                config.photometry.alpha_counts_m2 = alpha;
+        let inputs = simulate_with(scenario, seed, &self.options).inputs;
+        let mut poses = Vec::new();
+        let config = self.config(scenario, seed, Profile::Paper);
+        let steps = pipeline::step_records(&config, &inputs, &mut |record| {
+            if let Record::Pose {
+                world_from_body, ..
+            } = record
+            {
+                poses.push(*world_from_body);
             }
-            Run::of(profile, config, scenario, &simulation)
         });
-        let runs: Vec<Run> = runs.collect::<Result<_, _>>()?;
-        let poses = runs.first().map(|run| step_poses(&run.events));
-        let truth = Truth::of(scenario, &poses.unwrap_or_default());
+        checked(scenario, seed, steps)?;
+        let truth = Truth::of(scenario, &poses);
         let trial = |method: &Method| {
-            let run = runs.iter().find(|run| run.serves(*method))?;
-            let mut mapper = FootprintMapper::new(
-                method.mapper(scenario, &run.config),
-                scenario.cell_m,
-                self.footprint.then(|| hull_radius_m(&run.config.ring)),
+            let config = self.config(scenario, seed, method.profile().unwrap_or(Profile::Paper));
+            let mut mapper = method.mapper(&Setup {
+                rig: &Rig::from(&config),
+                cell_m: scenario.cell_m,
+                footprint: self.footprint,
+                extent: Some(scenario.extent),
+            });
+            let mut judge = DriveJudge::new(scenario, &truth, &poses);
+            let run = pipeline::run(
+                |take| pipeline::records(method, &config, &inputs, take),
+                &mut mapper,
+                &mut |record, mapper| judge.take(record, mapper),
             );
-            Some(Trial {
+            checked(scenario, seed, run)?;
+            Ok(Trial {
                 scenario: scenario.name.clone(),
                 method: *method,
                 seed,
-                scores: DriveScores::of(&mut mapper, &run.events, scenario, &truth),
+                scores: judge.finish(&mapper),
             })
         };
-        Ok(self.methods.iter().filter_map(trial).collect())
+        self.methods.iter().map(trial).collect()
     }
 
-    /// The profiles that the methods need, each once, with particles for each sensor.
-    fn profiles(&self) -> Vec<(Profile, u16)> {
-        let mut profiles = Vec::new();
-        for profile in self.methods.iter().filter_map(|method| method.profile()) {
-            if !profiles.contains(&(profile, self.particles_per_sensor)) {
-                profiles.push((profile, self.particles_per_sensor));
-            }
+    /// What a filter with a profile is configured with.
+    fn config(&self, scenario: &Scenario, seed: u64, profile: Profile) -> Config {
+        let mut config = Config {
+            seed,
+            particles_per_sensor: self.particles_per_sensor,
+            ..scenario.config(profile)
+        };
+        if let Some(alpha) = self.alpha_counts_m2 {
+            config.photometry.alpha_counts_m2 = alpha;
         }
-        if profiles.is_empty() {
-            // Only the readings at the steps are wanted: one particle will do.
-            profiles.push((Profile::Paper, 1));
-        }
-        profiles
+        config
     }
 }
 
-/// One run of a filter through a drive.
-struct Run {
-    profile: Profile,
-    config: Config,
-    events: Vec<Event>,
-}
-
-impl Run {
-    fn of(
-        profile: Profile,
-        config: Config,
-        scenario: &Scenario,
-        simulation: &Simulation,
-    ) -> Result<Self, ComparisonError> {
-        let mut events = Vec::new();
-        let outcome = run(&config, &simulation.inputs, |event| {
-            events.push(event.clone());
-        });
-        let outcome = outcome.map_err(|source| ComparisonError::Run {
+/// A run of which no input was refused.
+fn checked(
+    scenario: &Scenario,
+    seed: u64,
+    run: Result<RunOutcome, RunError>,
+) -> Result<(), ComparisonError> {
+    let outcome = run.map_err(|source| ComparisonError::Run {
+        scenario: scenario.name.clone(),
+        source,
+    })?;
+    match outcome.faults().map(|(_, count)| count).sum() {
+        0 => Ok(()),
+        refused => Err(ComparisonError::Refused {
             scenario: scenario.name.clone(),
-            source,
-        })?;
-        match outcome.faults().map(|(_, count)| count).sum() {
-            0 => Ok(Self {
-                profile,
-                config,
-                events,
-            }),
-            refused => Err(ComparisonError::Refused {
-                scenario: scenario.name.clone(),
-                seed: config.seed,
-                refused,
-            }),
-        }
-    }
-
-    /// Whether a method maps the events of this run; steps and readings are any run's.
-    fn serves(&self, method: Method) -> bool {
-        method
-            .profile()
-            .is_none_or(|profile| profile == self.profile)
+            seed,
+            refused,
+        }),
     }
 }

@@ -1,9 +1,8 @@
 //! How good the map of a drive is, at its end and on the way.
 
-use amiro_ipf::event::{Event, StepBegun};
-use amiro_ipf::geometry::Pose;
-
 use super::{OpeningScores, Scores, Truth};
+use crate::drive::Record;
+use crate::geometry::Pose2;
 use crate::mapping::{Map, Mapper, Occupancy};
 use crate::world::{Opening, Scenario, Vector};
 
@@ -30,35 +29,6 @@ pub struct DriveScores {
 }
 
 impl DriveScores {
-    /// Maps the events of a drive with a fresh mapper and judges the map.
-    ///
-    /// Whole steps: the map after a step holds all that the step said.
-    #[must_use]
-    pub fn of(
-        mapper: &mut dyn Mapper,
-        events: &[Event],
-        scenario: &Scenario,
-        truth: &Truth,
-    ) -> Self {
-        let poses = step_poses(events);
-        let mut course = Course::of(scenario, truth, &poses);
-        let mut steps = 0;
-        for event in events {
-            mapper.take(event);
-            if matches!(event, Event::StepDone(_)) {
-                steps += 1;
-                course.pass(steps, mapper);
-            }
-        }
-        let last = Scores::of(&mapper.map(), truth);
-        Self {
-            last,
-            oe_path_mean: mean(&course.snapshots),
-            openings: course.openings,
-            detected_at_m: course.detected_at_m,
-        }
-    }
-
     /// Falsely occupied cells in all openings together; `None` without openings.
     #[must_use]
     pub fn opening_false_occupied(&self) -> Option<u64> {
@@ -86,35 +56,30 @@ impl DriveScores {
     }
 }
 
-/// The robot's pose at each step.
-#[must_use]
-pub(super) fn step_poses(events: &[Event]) -> Vec<Pose> {
-    let pose = |event: &Event| match event {
-        Event::StepBegun(StepBegun { pose, .. }) => Some(*pose),
-        _ => None,
-    };
-    events.iter().filter_map(pose).collect()
-}
-
 fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// What is judged on the way.
-struct Course<'s> {
+/// Scores a map while a drive is mapped; to be shown each record before it is mapped.
+///
+/// Whole steps: the map after a step holds all records up to the next pose.
+pub struct DriveJudge<'s> {
     truth: &'s Truth,
-    poses: &'s [Pose],
+    poses: &'s [Pose2],
     hull_m: f64,
     /// After which step each snapshot is taken, and each opening judged.
     snapshot_steps: Vec<usize>,
     due: Vec<(usize, Opening)>,
+    steps: usize,
     snapshots: Vec<f64>,
     openings: Vec<OpeningScores>,
     detected_at_m: Option<f64>,
 }
 
-impl<'s> Course<'s> {
-    fn of(scenario: &'s Scenario, truth: &'s Truth, poses: &'s [Pose]) -> Self {
+impl<'s> DriveJudge<'s> {
+    /// A judge of a drive through a scenario with a step at each of the given poses.
+    #[must_use]
+    pub fn new(scenario: &'s Scenario, truth: &'s Truth, poses: &'s [Pose2]) -> Self {
         let (ring, _) = scenario.ring();
         let due = |opening: &Opening| (step_nearest(poses, opening.judged_at_m), *opening);
         Self {
@@ -125,18 +90,40 @@ impl<'s> Course<'s> {
                 .map(|snapshot| (snapshot * poses.len()).div_ceil(SNAPSHOTS))
                 .collect(),
             due: scenario.openings.iter().map(due).collect(),
+            steps: 0,
             snapshots: Vec::new(),
             openings: vec![OpeningScores::default(); scenario.openings.len()],
             detected_at_m: None,
         }
     }
 
-    /// Judges the map after so many steps, as far as something is due.
-    fn pass(&mut self, steps: usize, mapper: &dyn Mapper) {
+    /// Takes the next record, and the map of the records before it.
+    pub fn take(&mut self, record: &Record, mapper: &dyn Mapper) {
+        if let Record::Pose { .. } = record {
+            self.end_step(mapper);
+            self.steps += 1;
+        }
+    }
+
+    /// The scores of the drive and of its final map.
+    #[must_use]
+    pub fn finish(mut self, mapper: &dyn Mapper) -> DriveScores {
+        self.end_step(mapper);
+        DriveScores {
+            last: Scores::of(&mapper.map(), self.truth),
+            oe_path_mean: mean(&self.snapshots),
+            openings: self.openings,
+            detected_at_m: self.detected_at_m,
+        }
+    }
+
+    /// Judges the map after a step, as far as something is due.
+    fn end_step(&mut self, mapper: &dyn Mapper) {
+        let steps = self.steps;
         let Some(pose) = steps.checked_sub(1).and_then(|last| self.poses.get(last)) else {
             return;
         };
-        let robot = Vector::from(pose.position);
+        let robot = pose.position;
         let snapshots = self.snapshot_steps.iter().filter(|due| **due == steps);
         let snapshots = snapshots.count();
         let is_due = self.due.iter().any(|(due, _)| *due == steps);
@@ -165,8 +152,8 @@ impl<'s> Course<'s> {
 /// Nearest, not first beyond: a step falls on the first sample at or past its
 /// distance, and rounding decides whether the last one of a leg is this sample or the
 /// next leg's first.
-fn step_nearest(poses: &[Pose], distance_m: f64) -> usize {
-    let places = poses.iter().map(|pose| Vector::from(pose.position));
+fn step_nearest(poses: &[Pose2], distance_m: f64) -> usize {
+    let places = poses.iter().map(|pose| pose.position);
     let ways = places.clone().zip(places.skip(1));
     let driven = ways.scan(0.0, |driven_m, (from, to)| {
         *driven_m += (to - from).norm();
@@ -180,10 +167,7 @@ fn step_nearest(poses: &[Pose], distance_m: f64) -> usize {
 }
 
 fn shows_an_object(map: &Map, truth: &Truth) -> bool {
-    let occupied = map
-        .iter()
-        .filter(|(_, p_occ)| Occupancy::of(**p_occ) == Occupancy::Occupied);
-    let correct = occupied.filter(|(cell, _)| {
+    let correct = map.cells_of(Occupancy::Occupied).filter(|cell| {
         let (x, y) = map.centre(*cell);
         truth.is_wall(Vector::new(x, y), DETECTED_WITHIN_M)
     });
@@ -193,51 +177,50 @@ fn shows_an_object(map: &Map, truth: &Truth) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
-    use amiro_ipf::event::StepDone;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use crate::lattice::Cell;
+    use crate::mapping::Belief;
 
-    /// Marks one more cell a step, from x = 0 on: the first free, the next occupied.
+    /// Marks one more cell per step, from x = 0 on: the first free, the next occupied.
     struct Growing {
         steps: i32,
     }
 
     impl Mapper for Growing {
-        fn take(&mut self, event: &Event) {
-            self.steps += i32::from(matches!(event, Event::StepBegun(_)));
+        fn take(&mut self, record: &Record) {
+            self.steps += i32::from(matches!(record, Record::Pose { .. }));
         }
 
         fn map(&self) -> Map {
-            let mut map = Grid::new(0.01, 0.5);
+            let mut map = Map::unknown(0.01);
             for column in 0..self.steps {
-                let cell = crate::mapping::Cell { row: 0, column };
-                *map.reach(cell).unwrap() = if column < 4 { 0.0 } else { 1.0 };
+                let p_occ = if column < 4 { 0.0 } else { 1.0 };
+                *map.reach(Cell { row: 0, column }).unwrap() = Belief::of_probability(p_occ);
             }
             map
         }
     }
 
-    fn events(poses: &[(f32, f32)]) -> Vec<Event> {
-        let done = StepDone {
-            index: 0,
-            digest: 0,
-            past_gate: 0,
-            below_gate: 0,
-            free: 0,
-            behind: 0,
-            departed: 0,
-            degenerate: false,
-        };
-        let step = |&(x, y)| {
-            let begun = StepBegun {
-                index: 0,
+    /// Scores of a drive with a step at each of the poses.
+    fn scores(scenario: &Scenario, poses: &[Pose2]) -> DriveScores {
+        let truth = Truth::of(scenario, &[]);
+        let mut mapper = Growing { steps: 0 };
+        let mut judge = DriveJudge::new(scenario, &truth, poses);
+        for pose in poses {
+            let record = Record::Pose {
                 stamp_us: 0,
-                pose: Pose::new(x, y, 0.0),
-                samples: [Sample::Missing; SENSORS],
+                world_from_body: *pose,
             };
-            [Event::StepBegun(begun), Event::StepDone(done)]
-        };
-        poses.iter().flat_map(step).collect()
+            judge.take(&record, &mapper);
+            mapper.take(&record);
+        }
+        judge.finish(&mapper)
+    }
+
+    /// Sixteen poses along x, so many metres apart.
+    fn poses(apart_m: f64) -> Vec<Pose2> {
+        (0..16_u8)
+            .map(|step| Pose2::new(apart_m * f64::from(step), 0.0, 0.0))
+            .collect()
     }
 
     fn scenario(tables: &str) -> Scenario {
@@ -251,16 +234,7 @@ mod tests {
     #[test]
     fn the_path_mean_is_over_eight_snapshots_at_equal_shares() {
         let scenario = scenario("");
-        let truth = Truth::of(&scenario, &[]);
-        let poses: Vec<_> = (0..16_u8)
-            .map(|step| (0.01 * f32::from(step), 0.0))
-            .collect();
-        let scores = DriveScores::of(
-            &mut Growing { steps: 0 },
-            &events(&poses),
-            &scenario,
-            &truth,
-        );
+        let scores = scores(&scenario, &poses(0.01));
         // After 2, 4, ... 16 steps; of n cells n - 4 are falsely occupied.
         let expected: f64 = (1..=8)
             .map(|snapshot| f64::from(2 * snapshot))
@@ -278,17 +252,8 @@ mod tests {
             "[[opening]]\nmin = [0, 0]\nmax = [0.3, 0.01]\njudged_at_m = 0.06\n\
              [[opening]]\nmin = [0, 0]\nmax = [0.3, 0.01]\njudged_at_m = 5\n",
         );
-        let truth = Truth::of(&scenario, &[]);
         // Steps fall a little behind their distances.
-        let poses: Vec<_> = (0..16_u8)
-            .map(|step| (0.0101 * f32::from(step), 0.0))
-            .collect();
-        let scores = DriveScores::of(
-            &mut Growing { steps: 0 },
-            &events(&poses),
-            &scenario,
-            &truth,
-        );
+        let scores = scores(&scenario, &poses(0.0101));
         // 60 mm are reached after seven steps: seven cells, three of them occupied.
         let counts: Vec<_> = scores.openings.iter().map(|o| o.false_occupied).collect();
         assert_eq!(counts, [3, 12]);
@@ -298,16 +263,7 @@ mod tests {
     #[test]
     fn an_object_is_detected_at_the_distance_of_its_second_cell() {
         let scenario = scenario("[[box]]\nmin = [0.09, 0]\nmax = [0.2, 0.01]\n");
-        let truth = Truth::of(&scenario, &[]);
-        let poses: Vec<_> = (0..16_u8)
-            .map(|step| (-0.01 * f32::from(step), 0.0))
-            .collect();
-        let scores = DriveScores::of(
-            &mut Growing { steps: 0 },
-            &events(&poses),
-            &scenario,
-            &truth,
-        );
+        let scores = scores(&scenario, &poses(-0.01));
         // Centres at 65 and 75 mm are within 25 mm; the second is there after eight
         // steps, at x = -0.07: 160 mm from the block, 110 mm from the hull.
         assert!(
@@ -319,8 +275,7 @@ mod tests {
     #[test]
     fn a_drive_without_steps_has_no_path_mean() {
         let scenario = scenario("[[opening]]\nmin = [0, 0]\nmax = [0.3, 0.01]\njudged_at_m = 0\n");
-        let truth = Truth::of(&scenario, &[]);
-        let scores = DriveScores::of(&mut Growing { steps: 0 }, &[], &scenario, &truth);
+        let scores = scores(&scenario, &[]);
         assert_eq!(scores.oe_path_mean, None);
         assert_eq!(scores.opening_frontier(), Some(0));
     }

@@ -27,7 +27,7 @@ pub(super) fn is_mapped(map: &Map, path: &[Vector], segment: usize, is_left: boo
             let place = place + aside.scaled(0.01 * f64::from(centimetres));
             map.cell_at(place.x, place.y)
                 .and_then(|cell| map.get(cell))
-                .is_some_and(|p_occ| Occupancy::of(*p_occ) != Occupancy::Unknown)
+                .is_some_and(|belief| belief.occupancy() != Occupancy::Unknown)
         })
     })
 }

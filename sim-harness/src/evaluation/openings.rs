@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::mapping::{Cell, Map, Occupancy};
+use crate::lattice::Cell;
+use crate::mapping::{Map, Occupancy};
 use crate::world::{Rectangle, Vector};
 
 /// The robot's footprint about its centre, metres: hull and a cell. It stands there,
@@ -39,8 +40,7 @@ impl OpeningScores {
             let centre = surroundings.centre(*cell);
             passage.contains(centre - corner) && passage.contains(centre + corner)
         };
-        let is_occupied = |(_, p_occ): &(Cell, &f32)| Occupancy::of(**p_occ) == Occupancy::Occupied;
-        let occupied = map.iter().filter(is_occupied);
+        let occupied = map.cells_of(Occupancy::Occupied);
         let is_frontier = |cell: &&Cell| {
             is_inside(cell)
                 && neighbours(**cell)
@@ -49,7 +49,7 @@ impl OpeningScores {
         };
         let reachable = surroundings.reachable();
         Self {
-            false_occupied: occupied.filter(|(cell, _)| is_inside(cell)).count() as u64,
+            false_occupied: occupied.filter(is_inside).count() as u64,
             frontier: reachable.iter().filter(is_frontier).count() as u64,
         }
     }
@@ -83,17 +83,12 @@ impl Surroundings<'_> {
         (self.centre(cell) - self.robot).norm() <= FOOTPRINT_M
     }
 
-    fn occupancy(&self, cell: Cell) -> Occupancy {
-        let p_occ = self.map.get(cell).copied();
-        p_occ.map_or(Occupancy::Unknown, Occupancy::of)
-    }
-
     fn is_free(&self, cell: Cell) -> bool {
-        self.occupancy(cell) == Occupancy::Free || self.is_underfoot(cell)
+        self.map.occupancy(cell) == Occupancy::Free || self.is_underfoot(cell)
     }
 
     fn is_unknown(&self, cell: Cell) -> bool {
-        self.occupancy(cell) == Occupancy::Unknown && !self.is_underfoot(cell)
+        self.map.occupancy(cell) == Occupancy::Unknown && !self.is_underfoot(cell)
     }
 
     /// The free cells that are 4-connected with the one under the robot's centre.
@@ -117,18 +112,18 @@ impl Surroundings<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
+    use crate::mapping::Belief;
 
     /// A map from its picture, the highest row first: `.` free, `#` occupied, ` ` unknown.
     fn map(picture: &[&str]) -> Map {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         for (row, line) in (0..).zip(picture.iter().rev()) {
             for (column, sign) in (0..).zip(line.chars()) {
-                *map.reach(Cell { row, column }).unwrap() = match sign {
+                *map.reach(Cell { row, column }).unwrap() = Belief::of_probability(match sign {
                     '.' => 0.1,
                     '#' => 0.9,
                     _ => 0.5,
-                };
+                });
             }
         }
         map
@@ -213,7 +208,7 @@ mod tests {
             max: Vector::new(0.14, 0.14),
         };
         // Nothing is known; the outermost cells underfoot touch the unknown.
-        let empty = Grid::new(0.01, 0.5);
+        let empty = Map::unknown(0.01);
         let robot = Vector::new(0.095, 0.095);
         let scores = OpeningScores::of(&empty, &passage, robot);
         assert_eq!(scores.false_occupied, 0);

@@ -1,6 +1,7 @@
 //! What the paper says of its filter and of the inverse sensor model (section 5).
 
-use super::{Claim, Measure, Method, Over, Relation};
+use super::{Claim, Measure, Over, Relation};
+use crate::mapping::Method;
 
 /// Single objects in free space: there the filter has the lower error.
 const FREE_SPACE: [&str; 3] = ["ssso", "msso", "msod"];
@@ -17,10 +18,10 @@ const STAYS_OPEN: f64 = 0.5;
 /// The paper's claims, each for its filter and for ours.
 #[must_use]
 pub fn paper_claims() -> Vec<Claim> {
-    let ism = Method::IsmStandard;
+    let ism = Method::ISM_STANDARD;
     let mut claims = Vec::new();
     for scenario in FREE_SPACE {
-        for method in [Method::Paper, Method::Plus] {
+        for method in [Method::PAPER, Method::PLUS] {
             let share = |measure, relation, bound| Claim {
                 scenario,
                 method,
@@ -34,7 +35,7 @@ pub fn paper_claims() -> Vec<Claim> {
             claims.extend(finds.map(|measure| share(measure, Relation::AtLeast, STILL_FINDS)));
         }
         // Figure 9 c and d: nothing in range has to be cut and drawn free.
-        for other in [Method::IsmStandardDropped, Method::IsmStandardObject] {
+        for other in [Method::ISM_STANDARD_DROPPED, Method::ISM_STANDARD_OBJECT] {
             claims.push(Claim {
                 scenario,
                 method: ism,
@@ -46,7 +47,7 @@ pub fn paper_claims() -> Vec<Claim> {
         }
     }
     for scenario in MAZES {
-        for method in [Method::Paper, Method::Plus] {
+        for method in [Method::PAPER, Method::PLUS] {
             let claim = |measure, over, bound| Claim {
                 scenario,
                 method,
@@ -56,7 +57,7 @@ pub fn paper_claims() -> Vec<Claim> {
                 bound,
             };
             // The paper does not say how its ISM was tuned: against both.
-            let both = [ism, Method::IsmTuned];
+            let both = [ism, Method::ISM_TUNED];
             claims.extend(both.map(|ism| claim(Measure::Oe, Over::MeanLess(ism), SLIGHTLY)));
             let ahead = Over::MeanShareOf(ism);
             claims.push(claim(Measure::OpeningFalse, ahead, STAYS_OPEN));

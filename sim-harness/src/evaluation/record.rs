@@ -60,7 +60,7 @@ impl<'t> From<&'t Trial> for Record<'t> {
     fn from(trial: &'t Trial) -> Self {
         Self {
             scenario: &trial.scenario,
-            method: trial.method.name(),
+            method: trial.method.name,
             seed: trial.seed,
             scores: ScoreRecord::from(&trial.scores),
         }

@@ -111,8 +111,8 @@ impl Scores {
     pub fn of(map: &Map, truth: &Truth) -> Self {
         let mut confusions = [Confusion::default(); EXPANSIONS as usize];
         let mut cells = 0;
-        for (cell, p_occ) in map.iter() {
-            let is_occupied = match Occupancy::of(*p_occ) {
+        for (cell, belief) in map.iter() {
+            let is_occupied = match belief.occupancy() {
                 Occupancy::Unknown => continue,
                 Occupancy::Occupied => true,
                 Occupancy::Free => false,
@@ -184,11 +184,11 @@ fn is_found(map: &Map, place: Vector) -> bool {
     };
     (low.row..=high.row)
         .flat_map(|row| {
-            (low.column..=high.column).map(move |column| crate::mapping::Cell { row, column })
+            (low.column..=high.column).map(move |column| crate::lattice::Cell { row, column })
         })
         .filter(|cell| {
             map.get(*cell)
-                .is_some_and(|p_occ| Occupancy::of(*p_occ) == Occupancy::Occupied)
+                .is_some_and(|belief| belief.occupancy() == Occupancy::Occupied)
         })
         .any(|cell| {
             let (x, y) = map.centre(cell);
@@ -200,7 +200,7 @@ fn coverage(map: &Map, truth: &Truth) -> Option<f64> {
     let is_classified = |place: &&Vector| {
         map.cell_at(place.x, place.y)
             .and_then(|cell| map.get(cell))
-            .is_some_and(|p_occ| Occupancy::of(*p_occ) != Occupancy::Unknown)
+            .is_some_and(|belief| belief.occupancy() != Occupancy::Unknown)
     };
     let classified = truth.visible_free().iter().filter(is_classified);
     ratio(classified.count() as u64, truth.visible_free().len() as u64)
@@ -237,26 +237,29 @@ impl fmt::Display for Scores {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
+    use crate::geometry::Pose2;
+    use crate::mapping::Belief;
     use crate::world::Scenario;
-    use amiro_ipf::geometry::Pose;
 
     /// A block before one sensor: 50 x 30 mm, 100 mm from the sensor.
     fn truth() -> Truth {
         let text = "name = \"d\"\ncell_m = 0.01\nextent_m = [-0.1, -0.1, 0.3, 0.1]\n\
             speed_m_per_s = 0.08\nsensors_deg = [0]\nstart = [0, 0, 0]\n\
             [[box]]\nmin = [0.15, -0.03]\nmax = [0.2, 0.03]\n";
-        Truth::of(&Scenario::parse(text).unwrap(), &[Pose::default()])
+        Truth::of(
+            &Scenario::parse(text).unwrap(),
+            &[Pose2::new(0.0, 0.0, 0.0)],
+        )
     }
 
     /// A map of all judged cells and some beyond, filled by the place of a cell.
     fn map(p_occ: impl Fn(Vector) -> f32) -> Map {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         for row in -20..20 {
             for column in -20..40 {
-                let cell = crate::mapping::Cell { row, column };
+                let cell = crate::lattice::Cell { row, column };
                 let (x, y) = map.centre(cell);
-                *map.reach(cell).unwrap() = p_occ(Vector::new(x, y));
+                *map.reach(cell).unwrap() = Belief::of_probability(p_occ(Vector::new(x, y)));
             }
         }
         map
@@ -314,7 +317,7 @@ mod tests {
         close(scores.oe_unexpanded, 22.0 / 800.0);
         // One ghost among 800 - 30 - 22 free cells.
         let ghost = thick.cell_at(0.005, 0.005).unwrap();
-        *thick.reach(ghost).unwrap() = 0.8;
+        *thick.reach(ghost).unwrap() = Belief::of_probability(0.8);
         let scores = Scores::of(&thick, &truth);
         close(scores.oe, 1.0 / 800.0);
         close(scores.fpr, 1.0 / 748.0);
@@ -323,7 +326,7 @@ mod tests {
 
     #[test]
     fn an_empty_map_has_no_ratios_and_says_so() {
-        let scores = Scores::of(&Grid::new(0.01, 0.5), &truth());
+        let scores = Scores::of(&Map::unknown(0.01), &truth());
         assert_eq!((scores.oe, scores.tpr, scores.j), (None, None, None));
         close(scores.coverage, 0.0);
         assert_eq!((scores.cells, scores.unknown), (0, 800));

@@ -1,7 +1,8 @@
 //! Trials, looked at by scenario and method.
 
 use super::comparison::Trial;
-use super::{Measure, Method, Spread};
+use super::{Measure, Spread};
+use crate::mapping::Method;
 
 /// The trials of one method in one scenario, by seed.
 #[derive(Clone, Debug)]

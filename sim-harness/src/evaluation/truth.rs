@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::geometry::Pose;
 use amiro_ipf::sensor::Lobe;
 
-use crate::mapping::{Cell, Grid};
+use crate::geometry::Pose2;
+use crate::lattice::{Cell, Lattice};
 use crate::world::{Eye, Rectangle, Scenario, Shape, Vector, first_surface};
 
 /// Distance between places on outlines, metres.
@@ -40,7 +40,7 @@ impl Truth {
     /// Cost: for each step and sensor all places within its view times all shapes
     /// near it; for the paper's scenarios some ten milliseconds.
     #[must_use]
-    pub fn of(scenario: &Scenario, steps: &[Pose]) -> Self {
+    pub fn of(scenario: &Scenario, steps: &[Pose2]) -> Self {
         let mut witness = Witness::of(scenario);
         let mut truth = Self {
             shapes: scenario.shapes.clone(),
@@ -48,7 +48,7 @@ impl Truth {
             surface: Vec::new(),
             free: Vec::new(),
         };
-        let cells = Grid::new(scenario.cell_m, ());
+        let cells = Lattice::new(scenario.cell_m);
         let mut seen_cells = BTreeSet::new();
         for pose in steps {
             witness.stand_at(pose);
@@ -151,9 +151,9 @@ impl<'s> Witness<'s> {
         (shape.centre() - self.centre).norm() <= self.reach_m() + shape.reach_m()
     }
 
-    fn stand_at(&mut self, pose: &Pose) {
-        self.centre = Vector::from(pose.position);
-        self.eyes = Eye::of(&self.config.ring, self.config.sensors, pose).collect();
+    fn stand_at(&mut self, pose: &Pose2) {
+        self.centre = pose.position;
+        self.eyes = Eye::at(&self.config.ring, self.config.sensors, *pose).collect();
         let shapes = self.scenario.shapes.iter().copied();
         self.near = shapes.filter(|shape| self.is_near(shape)).collect();
     }
@@ -191,7 +191,7 @@ impl<'s> Witness<'s> {
     }
 
     /// The cells whose centres may be in view from here.
-    fn cells_around(&self, cells: &Grid<()>) -> Vec<Cell> {
+    fn cells_around(&self, cells: &Lattice) -> Vec<Cell> {
         let reach = Vector::new(self.reach_m(), self.reach_m());
         let (low, high) = (self.centre - reach, self.centre + reach);
         let corners = (cells.cell_at(low.x, low.y), cells.cell_at(high.x, high.y));
@@ -232,20 +232,20 @@ mod tests {
 
     #[test]
     fn only_the_face_that_is_looked_at_is_visible() {
-        let truth = Truth::of(&scenario(BLOCK), &[Pose::default()]);
+        let truth = Truth::of(&scenario(BLOCK), &[Pose2::new(0.0, 0.0, 0.0)]);
         // 50 mm of face are 10 pieces; everything else is behind.
         assert_eq!(truth.surface().len(), 10);
         assert!(truth.surface().iter().all(|place| place.x < 0.1501));
         // From 180 mm on a surface is out of sight.
-        let far = Truth::of(&scenario(BLOCK), &[Pose::new(-0.081, 0.0, 0.0)]);
+        let far = Truth::of(&scenario(BLOCK), &[Pose2::new(-0.081, 0.0, 0.0)]);
         assert_eq!(far.surface().len(), 0);
-        let averted = Truth::of(&scenario(BLOCK), &[Pose::new(0.0, 0.0, 3.0)]);
+        let averted = Truth::of(&scenario(BLOCK), &[Pose2::new(0.0, 0.0, 3.0)]);
         assert_eq!(averted.surface().len(), 0);
     }
 
     #[test]
     fn free_cells_lie_in_view_and_not_in_the_shadow() {
-        let truth = Truth::of(&scenario(BLOCK), &[Pose::default()]);
+        let truth = Truth::of(&scenario(BLOCK), &[Pose2::new(0.0, 0.0, 0.0)]);
         // The lobe up to 60 degrees, 0.18^2 sin(xi 60 deg) / xi, has 252 cells of 10 mm;
         // the block and its shadow behind 100 mm take 28 degrees of it, some 50.
         let count = truth.visible_free().len();
@@ -256,7 +256,7 @@ mod tests {
             let shadow = place.x > 0.15 && place.y.abs() < 0.024;
             assert!(!shadow, "{place:?}");
         }
-        let empty = Truth::of(&scenario(""), &[Pose::default(); 3]);
+        let empty = Truth::of(&scenario(""), &[Pose2::new(0.0, 0.0, 0.0); 3]);
         assert!((245..260).contains(&empty.visible_free().len()));
     }
 

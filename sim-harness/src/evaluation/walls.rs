@@ -162,8 +162,8 @@ impl Sides {
         let map = surroundings.map;
         let tree = SegmentTree::new(path, |segment| surroundings.is_driven(segment));
         let mut all = vec![Self::default(); legs.len()];
-        for (cell, p_occ) in map.iter() {
-            if Occupancy::of(*p_occ) != Occupancy::Occupied {
+        for (cell, belief) in map.iter() {
+            if belief.occupancy() != Occupancy::Occupied {
                 continue;
             }
             let (x, y) = map.centre(cell);
@@ -348,16 +348,16 @@ impl fmt::Display for WallSide {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
+    use crate::mapping::Belief;
     use amiro_ipf::random::{Generator, standard_normal_pair};
 
     const PATH: [(f64, f64); 3] = [(0.0, 0.0), (0.0, 0.0), (0.6, 0.0)];
 
     fn map(places: impl IntoIterator<Item = (f64, f64)>) -> Map {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         for (x, y) in places {
             let cell = map.cell_at(x, y).unwrap();
-            *map.reach(cell).unwrap() = 1.0;
+            *map.reach(cell).unwrap() = Belief::of_probability(1.0);
         }
         map
     }
@@ -458,7 +458,7 @@ mod tests {
         let mut map = map((0..30).map(|index| (0.005 + 0.01 * f64::from(index), 0.105)));
         // The other side of the first piece was sensed and is free.
         let free = map.cell_at(0.1, -0.1).unwrap();
-        *map.reach(free).unwrap() = 0.0;
+        *map.reach(free).unwrap() = Belief::of_probability(0.0);
         let surroundings = Surroundings {
             jumps: &[2],
             ..Surroundings::new(&map, &path)
@@ -482,8 +482,8 @@ mod tests {
         for column in 0..30 {
             for row in -5..5 {
                 *footprint
-                    .reach(crate::mapping::Cell { row, column })
-                    .unwrap() = 0.0;
+                    .reach(crate::lattice::Cell { row, column })
+                    .unwrap() = Belief::of_probability(0.0);
             }
         }
         let report = WallReport::of(&Surroundings {

@@ -229,19 +229,20 @@ fn unknown() -> Picture {
 mod tests {
     use super::*;
     use crate::figures::raster::{FREE, LARGEST_CELL_PX};
-    use crate::mapping::{Cell, Grid};
+    use crate::lattice::Cell;
+    use crate::mapping::Belief;
     use core::f64::consts::FRAC_PI_2;
 
     /// A map from rows of text, the first row at the top: `#` occupied, `.` free.
     fn map(cell_m: f64, rows: &[&str]) -> Map {
-        let mut map = Grid::new(cell_m, 0.5);
+        let mut map = Map::unknown(cell_m);
         for (row, line) in (0..).zip(rows.iter().rev()) {
             for (column, letter) in (0..).zip(line.chars()) {
-                *map.reach(Cell { row, column }).unwrap() = match letter {
+                *map.reach(Cell { row, column }).unwrap() = Belief::of_probability(match letter {
                     '#' => 0.9,
                     '.' => 0.2,
                     _ => 0.5,
-                };
+                });
             }
         }
         map
@@ -406,7 +407,7 @@ mod tests {
 
     #[test]
     fn a_map_without_a_known_cell_says_so() {
-        let mut grid = Grid::new(0.01, 0.5);
+        let mut grid = Map::unknown(0.01);
         let picture = MapPicture::default().render(&grid);
         assert!(picture.width() <= 400 && picture.height() <= 200);
         let grey = 320 * 48;
@@ -414,7 +415,7 @@ mod tests {
             (grey / 2..grey - 300).contains(&count(&picture, UNKNOWN)),
             "no letters"
         );
-        *grid.reach(Cell { row: 3, column: 3 }).unwrap() = 0.5;
+        *grid.reach(Cell { row: 3, column: 3 }).unwrap() = Belief::of_probability(0.5);
         let titled = MapPicture {
             title: Some("nothing"),
             path: &[(0.0, 0.0), (1.0, 1.0)],
@@ -470,14 +471,14 @@ mod tests {
 
     #[test]
     fn huge_maps_stay_below_the_cap_and_lose_no_wall() {
-        let mut grid = Grid::new(0.01, 0.5);
+        let mut grid = Map::unknown(0.01);
         for (row, column, p_occ) in [
             (0, 0, 0.9),
             (0, 59_900, 0.9),
             (3, 30_000, 0.9),
             (4, 30_001, 0.1),
         ] {
-            *grid.reach(Cell { row, column }).unwrap() = p_occ;
+            *grid.reach(Cell { row, column }).unwrap() = Belief::of_probability(p_occ);
         }
         let title = "word ".repeat(2000);
         let picture = MapPicture {

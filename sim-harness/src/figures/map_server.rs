@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::mapping::{Cell, Map, Occupancy};
+use crate::lattice::Cell;
+use crate::mapping::{Map, Occupancy};
 use crate::output::{self, WriteError};
 
 use super::Window;
@@ -23,8 +24,8 @@ const OCCUPIED_THRESHOLD: f64 = 0.65;
 const FREE_THRESHOLD: f64 = 0.196;
 
 /// The grey of a cell, as `map_saver` writes it.
-fn grey(p_occ: f32) -> u8 {
-    match Occupancy::of(p_occ) {
+fn grey(occupancy: Occupancy) -> u8 {
+    match occupancy {
         Occupancy::Free => 254,
         Occupancy::Occupied => 0,
         Occupancy::Unknown => 205,
@@ -69,13 +70,13 @@ impl MapServerPair {
 
 fn pgm(map: &Map, window: &Window) -> Vec<u8> {
     let (columns, rows) = (window.columns(), window.rows());
-    let mut greys = vec![grey(0.5); columns * rows];
-    for (cell, p_occ) in map.iter() {
+    let mut greys = vec![grey(Occupancy::Unknown); columns * rows];
+    for (cell, belief) in map.iter() {
         let Some((column, row)) = window.offset(cell) else {
             continue;
         };
         if let Some(pixel) = greys.get_mut((rows - 1 - row) * columns + column) {
-            *pixel = grey(*p_occ);
+            *pixel = grey(belief.occupancy());
         }
     }
     let mut file = format!("P5\n{columns} {rows}\n255\n").into_bytes();
@@ -101,7 +102,7 @@ fn yaml(cell_m: f64, low: Cell) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
+    use crate::mapping::Belief;
 
     /// What a loader makes of the pair: class, row and column of every pixel.
     fn load(pair: &MapServerPair) -> Vec<(Cell, Occupancy)> {
@@ -168,37 +169,36 @@ mod tests {
     #[test]
     fn a_loader_gets_every_cells_class_back() {
         for cell_m in [0.01, 0.05, f64::from(0.01_f32), 0.002_5] {
-            let mut map = Grid::new(cell_m, 0.5);
+            let mut map = Map::unknown(cell_m);
             for row in -29..40 {
                 for column in -7..90 {
                     // Every class, and probabilities next to the border between them.
                     let p = [0.0, 0.499, 0.5, 0.501, 1.0, f32::NAN];
                     let kind = (row * row + 3 * column) as usize % p.len();
-                    *map.reach(Cell { row, column }).unwrap() = p[kind];
+                    *map.reach(Cell { row, column }).unwrap() = Belief::of_probability(p[kind]);
                 }
             }
             let loaded = load(&MapServerPair::new(&map));
             assert_eq!(loaded.len(), 69 * 97);
             for (cell, class) in loaded {
-                let p_occ = map.get(cell).copied().unwrap_or(0.5);
-                assert_eq!(class, Occupancy::of(p_occ), "{cell:?} of {cell_m} m");
+                assert_eq!(class, map.occupancy(cell), "{cell:?} of {cell_m} m");
             }
         }
     }
 
     #[test]
     fn the_first_row_is_the_largest_y() {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         *map.reach(Cell {
             row: -3,
             column: -29,
         })
-        .unwrap() = 0.0;
+        .unwrap() = Belief::of_probability(0.0);
         *map.reach(Cell {
             row: -2,
             column: -28,
         })
-        .unwrap() = 1.0;
+        .unwrap() = Belief::of_probability(1.0);
         let pair = MapServerPair::new(&map);
         assert_eq!(pair.pgm, b"P5\n2 2\n255\n\xcd\x00\xfe\xcd");
         assert_eq!(
@@ -210,13 +210,13 @@ mod tests {
 
     #[test]
     fn maps_without_a_known_cell_load_as_unknown() {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         let origin = Cell { row: 0, column: 0 };
         assert_eq!(
             load(&MapServerPair::new(&map)),
             [(origin, Occupancy::Unknown)]
         );
-        *map.reach(Cell { row: 70, column: 9 }).unwrap() = 0.5;
+        *map.reach(Cell { row: 70, column: 9 }).unwrap() = Belief::of_probability(0.5);
         assert_eq!(
             load(&MapServerPair::new(&map)),
             [(origin, Occupancy::Unknown)]
@@ -227,8 +227,8 @@ mod tests {
     fn both_files_land_in_the_folder() {
         let folder = std::env::temp_dir().join(format!("ipf-map-server-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let mut map = Grid::new(0.01, 0.5);
-        *map.reach(Cell { row: 1, column: 1 }).unwrap() = 0.7;
+        let mut map = Map::unknown(0.01);
+        *map.reach(Cell { row: 1, column: 1 }).unwrap() = Belief::of_probability(0.7);
         let pair = MapServerPair::new(&map);
         pair.save(&folder).unwrap();
         assert_eq!(std::fs::read(folder.join("map.pgm")).unwrap(), pair.pgm);

@@ -83,8 +83,8 @@ impl Raster {
     /// The cells alone.
     pub(crate) fn cells(&self, map: &Map, window: &Window) -> Picture {
         let mut blocks = vec![UNKNOWN; self.columns * self.rows];
-        for (cell, p_occ) in map.iter() {
-            let colour = match Occupancy::of(*p_occ) {
+        for (cell, belief) in map.iter() {
+            let colour = match belief.occupancy() {
                 Occupancy::Unknown => continue,
                 Occupancy::Free => FREE,
                 Occupancy::Occupied => OCCUPIED,

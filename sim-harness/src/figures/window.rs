@@ -1,6 +1,7 @@
 //! The part of a map that a figure shows.
 
-use crate::mapping::{Cell, Map, Occupancy};
+use crate::lattice::Cell;
+use crate::mapping::{Map, Occupancy};
 
 /// A rectangle of cells, both corners included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +15,7 @@ impl Window {
     #[must_use]
     pub fn known(map: &Map) -> Option<Self> {
         map.iter()
-            .filter(|(_, p_occ)| Occupancy::of(**p_occ) != Occupancy::Unknown)
+            .filter(|(_, belief)| belief.occupancy() != Occupancy::Unknown)
             .fold(None, |window, (cell, _)| {
                 Some(window.map_or(Self::of(cell), |window: Self| window.with(cell)))
             })
@@ -100,14 +101,14 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::Grid;
+    use crate::mapping::Belief;
 
     #[test]
     fn known_cells_bound_the_window_and_unknown_ones_do_not() {
-        let mut map = Grid::new(0.01, 0.5);
+        let mut map = Map::unknown(0.01);
         assert_eq!(Window::known(&map), None);
         for (row, column, p_occ) in [(0, 0, 0.5), (-3, 7, 0.9), (4, 5, 0.1), (90, 90, f32::NAN)] {
-            *map.reach(Cell { row, column }).unwrap() = p_occ;
+            *map.reach(Cell { row, column }).unwrap() = Belief::of_probability(p_occ);
         }
         let window = Window::known(&map).unwrap();
         assert_eq!(window.low(), Cell { row: -3, column: 5 });

@@ -1,9 +1,9 @@
 //! The map that is free everywhere: what a score is worth shows beside it.
 
-use amiro_ipf::event::Event;
-
-use super::{Grid, Map, Mapper};
-use crate::world::Rectangle;
+use super::{Belief, Map, Mapper};
+use crate::drive::Record;
+use crate::geometry::Rectangle;
+use crate::lattice::Cell;
 
 /// Maps every cell of a rectangle as free, whatever is sensed.
 #[derive(Clone, Debug)]
@@ -12,17 +12,21 @@ pub struct AllFreeMapper {
 }
 
 impl AllFreeMapper {
-    /// A mapper of all cells, square and of the given size, metres, that meet a rectangle.
+    /// A mapper of all cells, square and of the given size, metres, that meet a rectangle;
+    /// without one the map is empty.
     #[must_use]
-    pub fn new(cell_m: f64, extent: &Rectangle) -> Self {
-        let mut map = Grid::new(cell_m, 0.5);
+    pub fn new(cell_m: f64, extent: Option<&Rectangle>) -> Self {
+        let mut map = Map::unknown(cell_m);
+        let Some(extent) = extent else {
+            return Self { map };
+        };
         let low = map.cell_at(extent.min.x, extent.min.y);
         let high = map.cell_at(extent.max.x, extent.max.y);
         if let (Some(low), Some(high)) = (low, high) {
             for row in low.row..=high.row {
                 for column in low.column..=high.column {
-                    if let Some(p_occ) = map.reach(super::Cell { row, column }) {
-                        *p_occ = 0.0;
+                    if let Some(belief) = map.reach(Cell { row, column }) {
+                        *belief = Belief::of_probability(0.0);
                     }
                 }
             }
@@ -32,7 +36,7 @@ impl AllFreeMapper {
 }
 
 impl Mapper for AllFreeMapper {
-    fn take(&mut self, _: &Event) {}
+    fn take(&mut self, _: &Record) {}
 
     fn map(&self) -> Map {
         self.map.clone()
@@ -47,7 +51,7 @@ mod tests {
     #[test]
     fn the_map_that_is_free_everywhere_has_less_error_than_walls_and_finds_none() {
         let scenario = standard("msod").unwrap().unwrap();
-        let map = AllFreeMapper::new(scenario.cell_m, &scenario.extent).map();
+        let map = AllFreeMapper::new(scenario.cell_m, Some(&scenario.extent)).map();
         let truth = crate::evaluation::Truth::of(&scenario, &[]);
         let scores = Scores::of(&map, &truth);
         // 20 x 5 of 112 x 72 cells are the block.

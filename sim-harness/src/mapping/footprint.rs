@@ -2,32 +2,21 @@
 
 use std::collections::BTreeSet;
 
-use amiro_ipf::event::Event;
-use amiro_ipf::sensor::Ring;
-
-use super::{Cell, Grid, Map, Mapper};
-use crate::world::Vector;
+use super::{Belief, Map, Mapper};
+use crate::drive::Record;
+use crate::geometry::Vector;
+use crate::lattice::{Cell, Lattice};
 
 /// Rounding that is forgiven at the hull's edge, metres: poses are `f32`, so a cell's
 /// centre on the edge lies outside.
 const ROUNDING_M: f64 = 1e-6;
-/// Probability that a cell under the hull is occupied.
-const FREE: f32 = 0.0;
-
-/// Radius of a robot's hull, metres, to the micrometre: its sensors sit on the hull.
-#[must_use]
-pub fn hull_radius_m(ring: &Ring) -> f64 {
-    (f64::from(ring.radius_m) * 1e6).round() / 1e6
-}
-
 /// A mapper whose map is free wherever the robot's hull has been.
 ///
 /// Not in the paper. A cell is free if its centre lies strictly inside the hull, a disc
-/// about the robot's centre, at some pose of the robot: at the pose of each step, and on
-/// the straight way between the poses of two steps in a row. A wall that touches the hull
-/// keeps its cells. The way is not swept across a `BrokeOff`, nor over more than a
-/// diameter of the hull, which is longer than any step: steps are then missing and the
-/// way between the two poses is unknown.
+/// about the robot's centre, at some pose of the robot: at each recorded pose, and on
+/// the straight way between two poses in a row. A wall that touches the hull keeps its
+/// cells. The way is not swept across a reset of the odometry, nor over more than a
+/// diameter of the hull: poses are then missing and the way between the two is unknown.
 ///
 /// The footprint replaces the mapper's evidence in the finished map, instead of being
 /// counted with it. The mapped world does not move, so that a place where the hull has
@@ -45,12 +34,11 @@ pub struct FootprintMapper<M> {
 #[derive(Clone, Debug)]
 struct Footprint {
     radius_m: f64,
-    /// Cells without content, for their places.
-    places: Grid<()>,
+    lattice: Lattice,
     cells: BTreeSet<Cell>,
-    /// Steps so far away that no grid has cells there.
+    /// Poses so far away that no grid has cells there.
     refused: u64,
-    /// The robot's centre at the step before, unless the odometry broke off since.
+    /// The robot's centre at the pose before, unless the odometry was reset since.
     last: Option<Vector>,
 }
 
@@ -61,7 +49,7 @@ impl<M> FootprintMapper<M> {
     pub fn new(mapper: M, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
         let footprint = hull_radius_m.map(|radius_m| Footprint {
             radius_m,
-            places: Grid::new(cell_m, ()),
+            lattice: Lattice::new(cell_m),
             cells: BTreeSet::new(),
             refused: 0,
             last: None,
@@ -83,11 +71,15 @@ impl<M> FootprintMapper<M> {
 }
 
 impl<M: Mapper> Mapper for FootprintMapper<M> {
-    fn take(&mut self, event: &Event) {
-        self.mapper.take(event);
+    fn take(&mut self, record: &Record) {
+        self.mapper.take(record);
         if let Some(footprint) = &mut self.footprint {
-            footprint.take(event);
+            footprint.take(record);
         }
+    }
+
+    fn finish(&mut self) {
+        self.mapper.finish();
     }
 
     fn map(&self) -> Map {
@@ -96,8 +88,8 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
             return map;
         };
         for cell in &footprint.cells {
-            if let Some(p_occ) = map.reach(*cell) {
-                *p_occ = FREE;
+            if let Some(belief) = map.reach(*cell) {
+                *belief = Belief::of_probability(0.0);
             }
         }
         (0..footprint.refused).for_each(|_| map.refuse());
@@ -106,17 +98,19 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
 }
 
 impl Footprint {
-    fn take(&mut self, event: &Event) {
-        match event {
-            Event::StepBegun(step) => {
-                let to = Vector::from(step.pose.position);
+    fn take(&mut self, record: &Record) {
+        match record {
+            Record::Pose {
+                world_from_body, ..
+            } => {
+                let to = world_from_body.position;
                 let is_known = |from: &Vector| (to - *from).norm() <= 2.0 * self.radius_m;
                 let from = self.last.filter(is_known).unwrap_or(to);
                 self.sweep(from, to);
                 self.last = Some(to);
             }
-            Event::BrokeOff { .. } => self.last = None,
-            _ => {}
+            Record::OdometryReset { .. } => self.last = None,
+            Record::Scan(_) | Record::Outcomes(_) => {}
         }
     }
 
@@ -124,10 +118,10 @@ impl Footprint {
     fn sweep(&mut self, from: Vector, to: Vector) {
         let radius_m = self.radius_m - ROUNDING_M;
         let low = self
-            .places
+            .lattice
             .cell_at(from.x.min(to.x) - radius_m, from.y.min(to.y) - radius_m);
         let high = self
-            .places
+            .lattice
             .cell_at(from.x.max(to.x) + radius_m, from.y.max(to.y) + radius_m);
         let (Some(low), Some(high)) = (low, high) else {
             self.refused += 1;
@@ -136,7 +130,7 @@ impl Footprint {
         for row in low.row..=high.row {
             for column in low.column..=high.column {
                 let cell = Cell { row, column };
-                let (x, y) = self.places.centre(cell);
+                let (x, y) = self.lattice.centre(cell);
                 if Vector::new(x, y).distance_from_segment(from, to) < radius_m {
                     self.cells.insert(cell);
                 }
@@ -148,10 +142,8 @@ impl Footprint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose2;
     use crate::mapping::Occupancy;
-    use amiro_ipf::event::StepBegun;
-    use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{SENSORS, Sample};
 
     const RADIUS_M: f64 = 0.05;
 
@@ -159,52 +151,48 @@ mod tests {
     struct Walls;
 
     impl Mapper for Walls {
-        fn take(&mut self, _: &Event) {}
+        fn take(&mut self, _: &Record) {}
 
         fn map(&self) -> Map {
-            let mut map = Grid::new(0.01, 0.5);
+            let mut map = Map::unknown(0.01);
             for row in -20..20 {
                 for column in -20..20 {
-                    *map.reach(Cell { row, column }).unwrap() = 1.0;
+                    *map.reach(Cell { row, column }).unwrap() = Belief::of_probability(1.0);
                 }
             }
             map
         }
     }
 
-    fn step(x: f32, y: f32) -> Event {
-        Event::StepBegun(StepBegun {
-            index: 0,
+    fn pose(x: f64, y: f64) -> Record {
+        Record::Pose {
             stamp_us: 0,
-            pose: Pose::new(x, y, 0.0),
-            samples: [Sample::Missing; SENSORS],
-        })
+            world_from_body: Pose2::new(x, y, 0.0),
+        }
     }
 
-    fn map(events: &[Event], hull_radius_m: Option<f64>) -> Map {
+    fn map(records: &[Record], hull_radius_m: Option<f64>) -> Map {
         let mut mapper = FootprintMapper::new(Walls, 0.01, hull_radius_m);
-        events.iter().for_each(|event| mapper.take(event));
+        records.iter().for_each(|record| mapper.take(record));
         mapper.map()
     }
 
     fn free(map: &Map) -> Vec<(f64, f64)> {
-        let free = map
-            .iter()
-            .filter(|(_, p)| Occupancy::of(**p) == Occupancy::Free);
-        free.map(|(cell, _)| map.centre(cell)).collect()
+        let free = map.cells_of(Occupancy::Free);
+        free.map(|cell| map.centre(cell)).collect()
     }
 
     #[test]
     fn no_cell_under_the_hull_is_occupied_and_none_beside_it_is_cleared() {
-        let map = map(&[step(0.005, 0.005)], Some(RADIUS_M));
-        for (cell, p_occ) in map.iter() {
+        let map = map(&[pose(0.005, 0.005)], Some(RADIUS_M));
+        for (cell, belief) in map.iter() {
             let (x, y) = map.centre(cell);
             let from_robot_m = ((x - 0.005).powi(2) + (y - 0.005).powi(2)).sqrt();
             if from_robot_m > 0.19 {
                 continue;
             }
             let is_under = from_robot_m < RADIUS_M - 1e-6;
-            assert_eq!(*p_occ < 0.5, is_under, "({x}, {y})");
+            assert_eq!(belief.p_occ() < 0.5, is_under, "({x}, {y})");
         }
         // Points of a square lattice within 4.99 of the origin; twelve more lie on 5.
         assert_eq!(free(&map).len(), 69);
@@ -214,7 +202,7 @@ mod tests {
     fn a_wall_that_touches_the_hull_keeps_its_cells() {
         // The robot's left edge is at y = 0.05, and a wall begins there.
         let map = map(
-            &[step(-0.1, 0.0), step(0.0, 0.0), step(0.1, 0.0)],
+            &[pose(-0.1, 0.0), pose(0.0, 0.0), pose(0.1, 0.0)],
             Some(RADIUS_M),
         );
         let free = free(&map);
@@ -223,41 +211,44 @@ mod tests {
     }
 
     #[test]
-    fn the_way_between_two_steps_is_free() {
+    fn the_way_between_two_poses_is_free() {
         // Two discs 95 mm apart leave corners between them.
-        let events = [step(-0.0475, 0.0), step(0.0475, 0.0)];
-        let swept = map(&events, Some(RADIUS_M));
+        let records = [pose(-0.0475, 0.0), pose(0.0475, 0.0)];
+        let swept = map(&records, Some(RADIUS_M));
         let between = swept.cell_at(0.005, 0.045).unwrap();
-        assert_eq!(swept.get(between), Some(&FREE));
+        assert_eq!(swept.occupancy(between), Occupancy::Free);
         // The order does not matter.
-        let [first, last] = events;
+        let [first, last] = records;
         assert_eq!(map(&[last, first], Some(RADIUS_M)), swept);
     }
 
     #[test]
-    fn nothing_is_swept_across_odometry_that_broke_off_or_jumped() {
-        let between = |events: &[Event]| {
-            let map = map(events, Some(RADIUS_M));
-            map.get(map.cell_at(0.005, 0.045).unwrap()).copied()
+    fn nothing_is_swept_across_odometry_that_was_reset_or_jumped() {
+        let between = |records: &[Record]| {
+            let map = map(records, Some(RADIUS_M));
+            map.occupancy(map.cell_at(0.005, 0.045).unwrap())
         };
-        let broke_off = Event::BrokeOff { stamp_us: 0 };
-        let broken = [step(-0.0475, 0.0), broke_off, step(0.0475, 0.0)];
-        assert_eq!(between(&broken), Some(1.0));
-        assert_eq!(between(&[step(-0.15, 0.0), step(0.15, 0.0)]), Some(1.0));
+        let reset = Record::OdometryReset { stamp_us: 0 };
+        let broken = [pose(-0.0475, 0.0), reset, pose(0.0475, 0.0)];
+        assert_eq!(between(&broken), Occupancy::Occupied);
+        assert_eq!(
+            between(&[pose(-0.15, 0.0), pose(0.15, 0.0)]),
+            Occupancy::Occupied
+        );
     }
 
     #[test]
     fn without_a_radius_the_map_is_the_mappers() {
-        assert_eq!(map(&[step(0.0, 0.0)], None), Walls.map());
+        assert_eq!(map(&[pose(0.0, 0.0)], None), Walls.map());
     }
 
     #[test]
     fn a_pose_that_is_no_place_clears_nothing() {
-        let events = [
-            step(f32::NAN, 0.0),
-            step(3e38, 0.0),
-            step(f32::INFINITY, 0.0),
+        let records = [
+            pose(f64::NAN, 0.0),
+            pose(3e38, 0.0),
+            pose(f64::INFINITY, 0.0),
         ];
-        assert_eq!(free(&map(&events, Some(RADIUS_M))), []);
+        assert_eq!(free(&map(&records, Some(RADIUS_M))), []);
     }
 }

@@ -1,21 +1,12 @@
 //! A grid over the world that grows as the robot drives.
 
-use super::Lattice;
+use crate::lattice::{Cell, Lattice};
 
 /// Most cells a grid may have, 8000 x 8000; growth beyond it is refused and counted.
 pub const MAX_CELLS: usize = 64_000_000;
 
 /// Cells added at each side beyond need, so that growing is rare.
 const MARGIN: i32 = 32;
-
-/// A cell's place: column and row, counted from the world's origin, y upward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Cell {
-    /// Row: floor of y / cell size.
-    pub row: i32,
-    /// Column: floor of x / cell size.
-    pub column: i32,
-}
 
 /// Cells along a side of a tile.
 const TILE: usize = 64;

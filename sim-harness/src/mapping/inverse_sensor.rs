@@ -1,59 +1,67 @@
-//! The inverse sensor model: the occupancy grid that the paper compares itself with.
+//! The inverse sensor model: log odds per cell from the ranges alone.
 //!
-//! Log odds as in Thrun, Burgard and Fox 2005, table 4.2, with the lobe of a proximity
-//! sensor in place of a beam. A reading with the arc x and its error sigma_x adds to a
-//! cell at range r and bearing theta, with the band b = max(sigma_x, 0.75 cells):
+//! Thrun, Burgard and Fox 2005, table 4.2; Carvalho and Ventura 2013, section II. Each
+//! return adds to the log odds l = ln(p / (1 - p)) of a cell, from l = 0:
 //!
 //! ```text
-//! r < x - b       - l_free cos(xi theta)
-//! |r - x| <= b    + l_occ  cos(xi theta)
-//! beyond          nothing
+//! at the echo       + weight l_occ
+//! before it         - weight l_free
+//! beyond it         nothing
 //! ```
 //!
-//! The paper names its sources for the method (section 5, Stachniss and Haehnel) and
-//! prints no formula; this is ours, and the comparison stands and falls with it.
+//! A cell is represented by its centre. The weight is 1 on the sensor's axis (see
+//! [`sensors`](crate::sensors)); with a decay length z_0 it is multiplied by 1 - z / z_0,
+//! at least 0, where z is the measured range: far echoes of a wide cone say less.
+//!
+//! Korthals et al. 2016 compare their filter with such a map, name their sources
+//! (section 5, Stachniss and Haehnel) and print no formula. [`InverseSensorParameters`]
+//! has the variants that the comparison is made with.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, StepBegun};
-use amiro_ipf::math;
+use super::{Belief, Calculus, Evidence, Grid, LogOdds, Map, Mapper};
+use crate::drive::{Record, Scan};
+use crate::rig::Rig;
+use crate::sensors::{Region, View};
 
-use super::lobes::{CellView, Lobes};
-use super::{Grid, Map, Mapper};
-
-/// Least cos(xi theta) at which a sensor says anything about a cell.
-const LEAST_DIRECTIVITY: f64 = 0.05;
-/// Least half width of an arc, cells: no arc slips between the centres of cells.
-const LEAST_BAND_CELLS: f64 = 0.75;
-
-/// What a reading of nothing in range is drawn as.
+/// What a return without an echo counts as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MaxRange {
-    /// Free space up to the limit, nothing on it.
-    DrawnFree,
-    /// Not at all.
+pub enum NoEcho {
+    /// Free space up to the limit, nothing at it.
+    Free,
+    /// No evidence.
     Dropped,
     /// An object at the limit, as the raw distance has it.
-    TakenAsObject,
+    Object,
 }
 
-/// Evidence of one reading.
+/// Evidence of one return.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSensorParameters {
-    /// Log odds on the arc and the sensor's axis (l_occ). More: thicker walls.
+    /// Log odds at the echo, on the sensor's axis (l_occ). More: thicker walls.
     pub occupied: f64,
-    /// Log odds against occupied before the arc, on the axis (l_free). More: more
+    /// Log odds against occupied before the echo, on the axis (l_free). More: more
     /// readings are needed to turn a free cell into wall.
     pub free: f64,
-    /// What nothing in range is drawn as.
-    pub max_range: MaxRange,
+    /// Least half width of the band in which an echo lies, cells (beta). Below 0.71 an
+    /// arc may slip between the centres of cells.
+    pub tolerance_cells: f64,
+    /// What a return without an echo counts as.
+    pub no_echo: NoEcho,
+    /// Range at which an echo has no weight any more, metres (z_0); `None` gives all
+    /// echoes the same weight.
+    pub decay_m: Option<f64>,
+    /// Largest magnitude of a cell's log odds.
+    pub limit: f64,
 }
 
 impl InverseSensorParameters {
-    /// The usual choice, for sensors with narrow beams: p = 0.70 on the arc, 0.40 before.
+    /// The usual choice for proximity sensors: p = 0.70 on the arc, 0.40 before it.
     pub const STANDARD: Self = Self {
         occupied: 0.85,
         free: 0.40,
-        max_range: MaxRange::DrawnFree,
+        tolerance_cells: 0.75,
+        no_echo: NoEcho::Free,
+        decay_m: None,
+        limit: f64::INFINITY,
     };
 
     /// The best of some twenty choices on the paper's scenarios: p = 0.60 on the
@@ -64,261 +72,125 @@ impl InverseSensorParameters {
         ..Self::STANDARD
     };
 
-    /// The same evidence with another rule for nothing in range.
+    /// p = 0.7 at the echo, 0.3 before it, a band of a cell's size each way; returns
+    /// without an echo are dropped, as Carvalho and Ventura 2013 do.
+    pub const RANGE: Self = Self {
+        // ln(0.7 / 0.3)
+        occupied: 0.847_297_860_387_203_6,
+        free: 0.847_297_860_387_203_6,
+        tolerance_cells: 1.0,
+        no_echo: NoEcho::Dropped,
+        decay_m: None,
+        limit: 20.0,
+    };
+
+    /// The same evidence with another rule for returns without an echo.
     #[must_use]
-    pub const fn with(self, max_range: MaxRange) -> Self {
-        Self { max_range, ..self }
+    pub const fn with(self, no_echo: NoEcho) -> Self {
+        Self { no_echo, ..self }
+    }
+
+    /// What a region of a return is evidence for; `None` for nothing.
+    fn evidence(&self, region: Region) -> Option<Evidence> {
+        let is_occupied = match (region, self.no_echo) {
+            (Region::AtEcho, _) => true,
+            (Region::Before, _) => false,
+            (_, NoEcho::Dropped) | (Region::AtLimit, NoEcho::Free) => return None,
+            (Region::BeforeLimit, _) => false,
+            (Region::AtLimit, NoEcho::Object) => true,
+        };
+        let weight = if is_occupied {
+            self.occupied
+        } else {
+            self.free
+        };
+        Some(Evidence {
+            is_occupied,
+            weight,
+        })
+    }
+
+    /// What is left of an echo's weight at a range.
+    fn decay(&self, range_m: f64) -> f64 {
+        let share = |decay_m: f64| (1.0 - range_m / decay_m).max(0.0);
+        self.decay_m.map_or(1.0, share)
     }
 }
 
-/// Adds up the log odds of all readings in a grid that is fixed in the world.
-///
-/// It takes the readings of the filter's steps, no others, and needs no particles.
+/// Adds up the log odds of all returns in a grid that is fixed in the world.
 #[derive(Clone, Debug)]
 pub struct InverseSensorMapper {
+    rig: Rig,
     parameters: InverseSensorParameters,
-    lobes: Lobes,
+    calculus: LogOdds,
     log_odds: Grid<f64>,
 }
 
 impl InverseSensorMapper {
-    /// A mapper for the sensors of a configuration, with cells of the given size, metres.
+    /// A mapper for the sensors of a rig, with cells of the given size, metres.
     #[must_use]
-    pub fn new(cell_m: f64, config: &Config, parameters: InverseSensorParameters) -> Self {
+    pub fn new(cell_m: f64, rig: &Rig, parameters: InverseSensorParameters) -> Self {
+        let calculus = LogOdds {
+            limit: parameters.limit,
+        };
         Self {
+            rig: rig.clone(),
             parameters,
-            lobes: Lobes::of(config, cell_m),
-            log_odds: Grid::new(cell_m, 0.0),
+            calculus,
+            log_odds: Grid::new(cell_m, calculus.blank()),
         }
     }
 
-    fn add(&mut self, step: &StepBegun) {
+    /// Adds the returns of a scan. Mounts that the rig does not have are left out.
+    fn add(&mut self, scan: &Scan) {
         let Self {
+            rig,
             parameters,
-            lobes,
+            calculus,
             log_odds,
         } = self;
-        let least_band_m = LEAST_BAND_CELLS * log_odds.cell_m();
-        let are_all_shown = lobes.show(step, |cell, view| {
-            let Some(evidence) = parameters.evidence(&view, least_band_m) else {
-                return;
-            };
-            if let Some(sum) = log_odds.reach(cell) {
-                *sum += evidence;
+        let mut returns = scan.returns.iter();
+        let mut has_refused = false;
+        for mount in rig.mounts.get(scan.mounts.clone()).unwrap_or_default() {
+            let world_from_sensor = scan.world_from_body * mount.body_from_sensor;
+            let of_mount = returns.by_ref().take(mount.sensor.model().returns());
+            for (index, measured) in of_mount.enumerate() {
+                let view = View {
+                    index,
+                    measured: *measured,
+                    world_from_sensor,
+                    tolerance_m: parameters.tolerance_cells * log_odds.cell_m(),
+                    lattice: log_odds.lattice(),
+                };
+                has_refused |= !mount.sensor.model().footprint(&view, &mut |seen| {
+                    let Some(mut evidence) = parameters.evidence(seen.region) else {
+                        return;
+                    };
+                    evidence.weight *= seen.weight * parameters.decay(seen.measured_m);
+                    if let Some(held) = log_odds.reach(seen.cell) {
+                        calculus.update(held, evidence);
+                    }
+                });
             }
-        });
-        if !are_all_shown {
+        }
+        if has_refused {
             log_odds.refuse();
         }
     }
 }
 
 impl Mapper for InverseSensorMapper {
-    fn take(&mut self, event: &Event) {
-        if let Event::StepBegun(step) = event {
-            self.add(step);
+    fn take(&mut self, record: &Record) {
+        if let Record::Scan(scan) = record {
+            self.add(scan);
         }
     }
 
     fn map(&self) -> Map {
         self.log_odds
-            .map(0.5, |log_odds| probability(*log_odds as f32))
-    }
-}
-
-impl InverseSensorParameters {
-    /// Log odds that a reading adds to a cell; `None` where it says nothing.
-    fn evidence(&self, view: &CellView, least_band_m: f64) -> Option<f64> {
-        let is_dropped = view.is_limit && self.max_range == MaxRange::Dropped;
-        if is_dropped || view.directivity < LEAST_DIRECTIVITY {
-            return None;
-        }
-        let is_free_limit = view.is_limit && self.max_range == MaxRange::DrawnFree;
-        let band_m = view.sigma_m.max(least_band_m);
-        if view.range_m < view.arc_m - band_m {
-            Some(-self.free * view.directivity)
-        } else if view.range_m <= view.arc_m + band_m && !is_free_limit {
-            Some(self.occupied * view.directivity)
-        } else {
-            None
-        }
-    }
-}
-
-/// p = 1 - 1 / (1 + e^l), without cancellation for either sign.
-fn probability(log_odds: f32) -> f32 {
-    let odds_against = math::exp_of_minus(log_odds.abs());
-    if log_odds < 0.0 {
-        odds_against / (1.0 + odds_against)
-    } else {
-        1.0 / (1.0 + odds_against)
+            .map(Belief::UNKNOWN, |held| self.calculus.belief(held))
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mapping::Occupancy;
-    use amiro_ipf::filter::Profile;
-    use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{Ring, SENSORS, Sample, SensorMask};
-
-    /// One sensor that looks along x, its axis through the centres of a row of cells.
-    fn config() -> Config {
-        let mut ring = Ring::AMIRO;
-        ring.axis_rad[0] = 0.0;
-        Config {
-            ring,
-            sensors: SensorMask::NONE.with(0),
-            ..Config::amiro(Profile::Paper)
-        }
-    }
-
-    /// The map after a number of readings of the given counts; the sensor is at x = 0.
-    fn map(parameters: InverseSensorParameters, counts: i32, readings: u32) -> Map {
-        let mut mapper = InverseSensorMapper::new(0.01, &config(), parameters);
-        for index in 0..readings {
-            mapper.take(&Event::StepBegun(StepBegun {
-                index,
-                stamp_us: u64::from(index),
-                pose: Pose::new(-0.05, 0.005, 0.0),
-                samples: [Sample::Counts(counts); SENSORS],
-            }));
-        }
-        mapper.map()
-    }
-
-    /// p_occ on the axis, so many millimetres before the sensor.
-    fn on_axis(map: &Map, millimetres: u32) -> f32 {
-        let x = 0.001 * f64::from(millimetres);
-        let cell = map.cell_at(x, 0.005).unwrap();
-        map.get(cell).copied().unwrap_or(0.5)
-    }
-
-    #[test]
-    fn profile_on_the_axis_is_free_then_peaks_at_the_object_then_unknown() {
-        // 361 counts are an object at 50 mm.
-        for parameters in [
-            InverseSensorParameters::STANDARD,
-            InverseSensorParameters::TUNED,
-        ] {
-            let map = map(parameters, 361, 1);
-            let free = probability(-parameters.free as f32);
-            let occupied = probability(parameters.occupied as f32);
-            for millimetres in [5, 15, 25, 35] {
-                let p = on_axis(&map, millimetres);
-                assert!((p - free).abs() < 1e-3, "{millimetres} mm: {p}");
-            }
-            for millimetres in [45, 55] {
-                let p = on_axis(&map, millimetres);
-                assert!((p - occupied).abs() < 1e-3, "{millimetres} mm: {p}");
-            }
-            for millimetres in (65..300).step_by(10) {
-                let p = on_axis(&map, millimetres);
-                assert_eq!(Occupancy::of(p), Occupancy::Unknown, "{millimetres} mm");
-            }
-        }
-    }
-
-    #[test]
-    fn evidence_weakens_off_the_axis() {
-        let map = map(InverseSensorParameters::STANDARD, 361, 1);
-        let off_axis = map.cell_at(0.025, 0.005 + 0.020).unwrap();
-        let p = map.get(off_axis).unwrap();
-        // 25 mm ahead and 20 mm aside are 38.66 degrees: cos(1.2365 x 38.66 deg) = 0.6717.
-        assert!((p - probability(-0.40 * 0.6717)).abs() < 1e-3, "{p}");
-        // 10 mm aside of 5 mm ahead are 63 degrees: out of view.
-        let out_of_view = map.cell_at(0.005, 0.015).unwrap();
-        assert_eq!(
-            Occupancy::of(map.get(out_of_view).copied().unwrap()),
-            Occupancy::Unknown
-        );
-    }
-
-    #[test]
-    fn adding_log_odds_is_the_rule_of_bayes() {
-        // From an even prior each reading multiplies the odds: p' = p q / (p q + (1-p)(1-q)).
-        let parameters = InverseSensorParameters::STANDARD;
-        for millimetres in [15, 45] {
-            let single = on_axis(&map(parameters, 361, 1), millimetres);
-            let mut p = single;
-            for readings in 2..=8 {
-                let (yes, no) = (p * single, (1.0 - p) * (1.0 - single));
-                p = yes / (yes + no);
-                let summed = on_axis(&map(parameters, 361, readings), millimetres);
-                assert!(
-                    (summed - p).abs() < 2e-6,
-                    "{readings} readings: {summed}, {p}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn probability_inverts_the_log_odds() {
-        for tenths in -100_i16..=100 {
-            let log_odds = f32::from(tenths) / 10.0;
-            let p = probability(log_odds);
-            if log_odds.abs() < 8.0 {
-                let back = math::ln(p) - math::ln(1.0 - p);
-                // 1 - p keeps seven digits less those of e^-8.
-                assert!((back - log_odds).abs() < 1e-3, "{log_odds}: {back}");
-            }
-            assert_eq!(p > 0.5, log_odds > 0.0);
-        }
-        assert_eq!(Occupancy::of(probability(0.0)), Occupancy::Unknown);
-    }
-
-    #[test]
-    fn nothing_in_range_is_free_or_nothing_or_an_object_by_rule() {
-        let standard = InverseSensorParameters::STANDARD;
-        // At beta nothing is in range; the limit is 200 mm with a band of 19.4 mm.
-        let maps = [
-            MaxRange::DrawnFree,
-            MaxRange::Dropped,
-            MaxRange::TakenAsObject,
-        ]
-        .map(|rule| map(standard.with(rule), -16, 1));
-        let said = |millimetres| {
-            let said = |map: &Map| Occupancy::of(on_axis(map, millimetres));
-            maps.each_ref().map(said)
-        };
-        use Occupancy::{Free, Occupied, Unknown};
-        assert_eq!(said(105), [Free, Unknown, Free]);
-        assert_eq!(said(175), [Free, Unknown, Free]);
-        assert_eq!(said(195), [Unknown, Unknown, Occupied]);
-        assert_eq!(said(215), [Unknown, Unknown, Occupied]);
-        assert_eq!(said(225), [Unknown, Unknown, Unknown]);
-        // An object in range is the same to all three.
-        let [free, dropped, object] = [
-            MaxRange::DrawnFree,
-            MaxRange::Dropped,
-            MaxRange::TakenAsObject,
-        ]
-        .map(|rule| map(standard.with(rule), 78, 3));
-        assert_eq!(free, dropped);
-        assert_eq!(free, object);
-    }
-
-    #[test]
-    fn sensors_that_say_nothing_touch_nothing() {
-        let mut mapper =
-            InverseSensorMapper::new(0.01, &config(), InverseSensorParameters::STANDARD);
-        mapper.take(&Event::StepBegun(StepBegun {
-            index: 0,
-            stamp_us: 0,
-            pose: Pose::default(),
-            samples: [
-                Sample::Missing,
-                Sample::Counts(78),
-                Sample::Counts(78),
-                Sample::Counts(78),
-                Sample::Saturated,
-                Sample::Saturated,
-                Sample::Saturated,
-                Sample::Saturated,
-            ],
-        }));
-        assert_eq!(mapper.map().iter().count(), 0);
-    }
-}
+mod tests;

@@ -1,42 +1,48 @@
-//! Grids, and the mappers that fill them from decoded events.
+//! Grids, and the mappers that fill them from the records of a drive.
 //!
-//! A mapper reads events only, never a filter's insides: a map from a board and a map
-//! from a host are the same map.
+//! A mapper takes records only, never a filter's insides: a map from a board and a map
+//! from a host are the same map. A mapper turns a record into [`Evidence`] about cells;
+//! a [`Calculus`] holds the evidence of a cell and gives the [`Belief`] that follows.
 
 mod all_free;
-mod carving;
+mod belief;
+mod calculus;
 mod counting;
 mod footprint;
 mod grid;
 mod inverse_sensor;
-mod lattice;
-mod lobes;
 mod methods;
-mod range_inverse_sensor;
 
 pub use all_free::AllFreeMapper;
+pub use belief::{Belief, Occupancy};
+pub use calculus::{Calculus, Counts, Evidence, LogOdds};
 pub use counting::CountingMapper;
-pub use footprint::{FootprintMapper, hull_radius_m};
-pub use grid::{Cell, Grid, MAX_CELLS};
-pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, MaxRange};
-pub use lattice::Lattice;
-pub use methods::{RANGE_METHODS, RangeMethod};
-pub use range_inverse_sensor::{RangeInverseSensorMapper, RangeInverseSensorParameters};
+pub use footprint::FootprintMapper;
+pub use grid::{Grid, MAX_CELLS};
+pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use methods::{Method, Setup, UnknownMethod};
 
-use amiro_ipf::event::Event;
+use crate::drive::Record;
 
-/// Makes a map of a run's events.
+/// Makes a map of a drive's records.
 pub trait Mapper {
-    /// Takes the next event; what says nothing about the world is passed over.
-    fn take(&mut self, event: &Event);
+    /// Takes the next record; one that is no evidence is passed over.
+    fn take(&mut self, record: &Record);
+
+    /// Ends the drive: the work of methods that need all records first.
+    fn finish(&mut self) {}
 
     /// The map so far.
     fn map(&self) -> Map;
 }
 
 impl<M: Mapper + ?Sized> Mapper for Box<M> {
-    fn take(&mut self, event: &Event) {
-        (**self).take(event);
+    fn take(&mut self, record: &Record) {
+        (**self).take(record);
+    }
+
+    fn finish(&mut self) {
+        (**self).finish();
     }
 
     fn map(&self) -> Map {
@@ -44,30 +50,32 @@ impl<M: Mapper + ?Sized> Mapper for Box<M> {
     }
 }
 
-/// A finished map: the probability that a cell is occupied; 0.5 is unknown.
-pub type Map = Grid<f32>;
+/// A map: what is believed of each cell.
+pub type Map = Grid<Belief>;
 
-/// What a map says about a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Occupancy {
-    /// p_occ below 0.5.
-    Free,
-    /// p_occ above 0.5.
-    Occupied,
-    /// p_occ of exactly 0.5: never touched, or as much for as against.
-    Unknown,
-}
-
-impl Occupancy {
-    /// The class of a probability; NaN is unknown.
+impl Map {
+    /// A map of cells of the given size, metres, in which nothing is known.
     #[must_use]
-    pub fn of(p_occ: f32) -> Self {
-        if p_occ > 0.5 {
-            Self::Occupied
-        } else if p_occ < 0.5 {
-            Self::Free
-        } else {
-            Self::Unknown
-        }
+    pub fn unknown(cell_m: f64) -> Self {
+        Self::new(cell_m, Belief::UNKNOWN)
+    }
+
+    /// Number of cells of a class.
+    #[must_use]
+    pub fn count(&self, wanted: Occupancy) -> usize {
+        self.cells_of(wanted).count()
+    }
+
+    /// The cells of a class, row by row.
+    pub fn cells_of(&self, wanted: Occupancy) -> impl Iterator<Item = crate::lattice::Cell> {
+        let cells = self.iter();
+        cells.filter_map(move |(cell, belief)| (belief.occupancy() == wanted).then_some(cell))
+    }
+
+    /// The class of a cell; unknown for one that the grid does not store.
+    #[must_use]
+    pub fn occupancy(&self, cell: crate::lattice::Cell) -> Occupancy {
+        self.get(cell)
+            .map_or(Occupancy::Unknown, |belief| belief.occupancy())
     }
 }

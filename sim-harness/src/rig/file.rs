@@ -9,9 +9,10 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::sensor::Photometry;
 use serde::Deserialize;
 
-use super::{Cone, Infrared, Mount, Rig, Scanner, Sensor};
+use super::{Mount, Rig};
 use crate::escape::{lines_escaped, whole_escaped};
 use crate::geometry::Pose2;
+use crate::sensors::{Cone, Infrared, Scanner, Sensor};
 
 /// Longest file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -208,7 +209,7 @@ fn infrared(check: Check<'_>, keys: &InfraredKeys) -> Result<Infrared, RigError>
     config
         .validate()
         .map_err(|error| check.refusal("sensor.infrared", "refused", error.to_string()))?;
-    Ok(Infrared { photometry })
+    Ok(Infrared::new(photometry))
 }
 
 fn cone(check: Check<'_>, keys: &ConeKeys) -> Result<Cone, RigError> {
@@ -329,10 +330,14 @@ mod tests {
                 (heading.sine - f64::from(expected.direction.sine)).abs() < 1e-6,
                 "{index}"
             );
-            let Sensor::Infrared(infrared) = mount.sensor else {
+            let Sensor::Infrared(infrared) = &mount.sensor else {
                 panic!("sensor {index} is {:?}", mount.sensor);
             };
-            assert_eq!(infrared.photometry, Photometry::VCNL4020, "sensor {index}");
+            assert_eq!(
+                *infrared.photometry(),
+                Photometry::VCNL4020,
+                "sensor {index}"
+            );
         }
     }
 
@@ -363,7 +368,7 @@ mod tests {
         let returns: Vec<_> = rig
             .mounts
             .iter()
-            .map(|mount| mount.sensor.returns())
+            .map(|mount| mount.sensor.model().returns())
             .collect();
         assert_eq!(returns, [1, 1, 1, 1, 1, 1, 1, 1, 361]);
     }

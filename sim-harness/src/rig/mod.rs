@@ -1,12 +1,12 @@
 //! A robot as data: its size, and where which sensors sit on it.
 
+mod amiro;
 mod file;
-mod sensor;
 
 pub use file::RigError;
-pub use sensor::{Cone, Infrared, Scanner, Sensor};
 
 use crate::geometry::Pose2;
+use crate::sensors::Sensor;
 
 /// A robot: name, size, and the sensors in the order in which a scan lists them.
 ///

@@ -2,10 +2,11 @@
 
 use amiro_ipf::config::Config;
 use amiro_ipf::event::{Event, StepBegun};
-use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 
+use crate::drive::FilterRecords;
 use crate::evaluation::{Scores, Truth};
+use crate::geometry::Pose2;
 use crate::mapping::{CountingMapper, Map, Mapper};
 use crate::world::Scenario;
 use crate::{RunError, RunOutcome, run};
@@ -27,9 +28,10 @@ pub struct Mapped {
 /// As [`run`].
 pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Mapped, RunError> {
     let mut mapper = CountingMapper::new(scenario.cell_m);
+    let mut records = FilterRecords::new(config.photometry);
     let mut events = Vec::new();
     let outcome = run(config, inputs, |event| {
-        mapper.take(event);
+        records.translate(event, &mut |record| mapper.take(record));
         events.push(event.clone());
     })?;
     Ok(Mapped {
@@ -51,7 +53,7 @@ impl Mapped {
     /// Scores of the map; what is visible is so from the poses of the given steps.
     #[must_use]
     pub fn scores(&self, scenario: &Scenario) -> Scores {
-        let poses: Vec<Pose> = self.steps().map(|step| step.pose).collect();
+        let poses: Vec<Pose2> = self.steps().map(|step| step.pose.into()).collect();
         Scores::of(&self.map, &Truth::of(scenario, &poses))
     }
 }

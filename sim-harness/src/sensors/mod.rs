@@ -1,23 +1,38 @@
-//! Where the sensors of a rig look: the cells of a grid that a return speaks of.
+//! Sensor models: where a return looks, one file per kind of sensor.
 
 mod cone;
+mod infrared;
 mod scanner;
 
 use crate::drive::Return;
 use crate::geometry::Pose2;
-use crate::mapping::{Cell, Lattice};
-use crate::rig::Sensor;
+use crate::lattice::{Cell, Lattice};
 
-/// A cell that a return speaks of.
+pub use cone::Cone;
+pub use infrared::Infrared;
+pub use scanner::Scanner;
+
+/// What sits on a mount.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sensor {
+    /// Reflective infrared: a range that is ambiguous over the lobe.
+    Infrared(Infrared),
+    /// Sonar, or the minimum of a wide time-of-flight sensor.
+    Cone(Cone),
+    /// A fan of narrow beams: a laser scanner, the columns of a time-of-flight array.
+    Scanner(Scanner),
+}
+
+/// A cell that a return is evidence about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenCell {
     /// The cell.
     pub cell: Cell,
-    /// What the return says about it.
+    /// Where the cell lies with regard to the measured range.
     pub region: Region,
-    /// Distance of the cell's centre from the sensor, metres (r).
-    pub range_m: f64,
-    /// The range that was measured, or the limit without an echo, metres (z).
+    /// Weight of the evidence, in (0, 1]: 1 on the axis.
+    pub weight: f64,
+    /// The measured range in the cell's direction, or the limit without an echo, metres (z).
     pub measured_m: f64,
 }
 
@@ -30,72 +45,103 @@ pub enum Region {
     AtEcho,
     /// Before the limit of a return without an echo.
     BeforeLimit,
+    /// Within the tolerance of the limit of a return without an echo; of sensors whose
+    /// limit is not sharp.
+    AtLimit,
 }
 
-/// Hands on every cell that a return of a sensor speaks of, each once.
-///
-/// `tolerance_m` is the half width of the band in which an echo lies (beta). The return
-/// is the sensor's `index`th; `world_from_sensor` is the sensor's place. Returns that are
-/// too close or invalid speak of no cell, and infrared returns are counts, of which
-/// [`InverseSensorMapper`](crate::mapping::InverseSensorMapper) knows the cells.
-pub fn footprint(
-    sensor: &Sensor,
-    index: usize,
-    measured: Return,
-    tolerance_m: f64,
-    lattice: Lattice,
-    world_from_sensor: &Pose2,
-    visit: &mut dyn FnMut(SeenCell),
-) {
-    let (measured_m, is_echo) = match measured {
-        Return::Echo { range_m, .. } => (range_m, true),
-        Return::NoEcho { limit_m } => (limit_m, false),
-        Return::TooClose | Return::Invalid => return,
-    };
-    let echo = Echo {
-        measured_m,
-        is_echo,
-        tolerance_m,
-    };
-    match sensor {
-        Sensor::Infrared(_) => {}
-        Sensor::Cone(cone) => cone::footprint(cone, echo, lattice, world_from_sensor, visit),
-        Sensor::Scanner(scanner) => {
-            scanner::footprint(scanner, index, echo, lattice, world_from_sensor, visit);
+/// How one kind of sensor measures a range.
+pub trait RangeSensor {
+    /// Number of returns of one scan.
+    fn returns(&self) -> usize;
+
+    /// Visits every cell that a return is evidence about, each once.
+    ///
+    /// Returns that are too close or invalid are evidence about no cell. Gives whether
+    /// all cells have a place in the lattice: false for a robot absurdly far away.
+    fn footprint(&self, view: &View, visit: &mut dyn FnMut(SeenCell)) -> bool;
+}
+
+impl Sensor {
+    /// The model of this kind of sensor.
+    #[must_use]
+    pub fn model(&self) -> &dyn RangeSensor {
+        match self {
+            Self::Infrared(infrared) => infrared,
+            Self::Cone(cone) => cone,
+            Self::Scanner(scanner) => scanner,
         }
     }
 }
 
-/// A measured range and how exactly it is taken.
+/// One return and where its sensor was.
 #[derive(Clone, Copy, Debug)]
-struct Echo {
+pub struct View {
+    /// Number of the return within the sensor's scan, from 0.
+    pub index: usize,
+    /// What was returned.
+    pub measured: Return,
+    /// The sensor's pose.
+    pub world_from_sensor: Pose2,
+    /// Least half width of the band in which an echo lies, metres (beta); a larger
+    /// standard deviation of the return takes its place.
+    pub tolerance_m: f64,
+    /// The cells.
+    pub lattice: Lattice,
+}
+
+impl View {
+    /// The measured range with its tolerance; `None` for a return without a range.
+    fn range(&self) -> Option<MeasuredRange> {
+        let (measured_m, sigma_m, is_echo) = match self.measured {
+            Return::Echo { range_m, sigma_m } => (range_m, sigma_m, true),
+            Return::NoEcho { limit_m, sigma_m } => (limit_m, sigma_m, false),
+            Return::TooClose | Return::Invalid => return None,
+        };
+        Some(MeasuredRange {
+            measured_m,
+            sigma_m,
+            is_echo,
+            tolerance_m: self.tolerance_m.max(sigma_m),
+        })
+    }
+
+    /// The cells of the square around the sensor, row by row; `None` if one of its
+    /// corners has no place in the lattice.
+    fn square(&self, reach_m: f64) -> Option<impl Iterator<Item = Cell> + use<>> {
+        let centre = self.world_from_sensor.position;
+        let low = self
+            .lattice
+            .cell_at(centre.x - reach_m, centre.y - reach_m)?;
+        let high = self
+            .lattice
+            .cell_at(centre.x + reach_m, centre.y + reach_m)?;
+        Some((low.row..=high.row).flat_map(move |row| {
+            (low.column..=high.column).map(move |column| Cell { row, column })
+        }))
+    }
+}
+
+/// A measured range and the band around it.
+#[derive(Clone, Copy, Debug)]
+struct MeasuredRange {
     measured_m: f64,
+    sigma_m: f64,
     is_echo: bool,
     tolerance_m: f64,
 }
 
-impl Echo {
-    /// The farthest range that the return speaks of, metres.
-    fn reach_m(&self) -> f64 {
-        if self.is_echo {
-            self.measured_m + self.tolerance_m
-        } else {
-            self.measured_m - self.tolerance_m
-        }
-    }
-
-    /// Where a range lies; `None` beyond all that the return speaks of.
+impl MeasuredRange {
+    /// Where a range lies; `None` beyond the band.
     fn region(&self, range_m: f64) -> Option<Region> {
-        if range_m < self.measured_m - self.tolerance_m {
-            Some(if self.is_echo {
-                Region::Before
-            } else {
-                Region::BeforeLimit
-            })
-        } else if self.is_echo && range_m <= self.measured_m + self.tolerance_m {
-            Some(Region::AtEcho)
-        } else {
-            None
+        let is_before = range_m < self.measured_m - self.tolerance_m;
+        let is_beyond = range_m > self.measured_m + self.tolerance_m;
+        match (self.is_echo, is_before) {
+            _ if is_beyond => None,
+            (true, true) => Some(Region::Before),
+            (true, false) => Some(Region::AtEcho),
+            (false, true) => Some(Region::BeforeLimit),
+            (false, false) => Some(Region::AtLimit),
         }
     }
 }

@@ -1,67 +1,78 @@
-//! The cells on a beam.
+//! The cells on narrow beams: laser scanners, the columns of time-of-flight arrays.
 
-use super::{Echo, Region, SeenCell};
-use crate::geometry::{Pose2, Turn};
-use crate::mapping::Lattice;
-use crate::rig::Scanner;
+use super::{RangeSensor, Region, SeenCell, View};
+use crate::geometry::Turn;
 
 /// Places per cell at which a beam is looked at.
 const SAMPLES_PER_CELL: f64 = 4.0;
+
+/// A sensor that returns one range per beam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scanner {
+    /// Beams of one scan.
+    pub beams: u16,
+    /// Bearing of the first beam off the axis, radians.
+    pub first_rad: f64,
+    /// From one beam to the next, radians; negative for a scan from left to right.
+    pub step_rad: f64,
+    /// Nearest and farthest range that it measures, metres.
+    pub range_m: [f64; 2],
+    /// Standard deviation of a range, metres.
+    pub sigma_m: f64,
+}
 
 /// Every cell on a beam before the echo, each once from near to far, and the one cell
 /// that holds the echo.
 ///
 /// Of cells before the echo those within the tolerance are left out: a surface that is
 /// met at a grazing angle touches them. Cost: four places per cell of the beam's length.
-pub(super) fn footprint(
-    scanner: &Scanner,
-    index: usize,
-    echo: Echo,
-    lattice: Lattice,
-    world_from_sensor: &Pose2,
-    visit: &mut dyn FnMut(SeenCell),
-) {
-    let bearing_rad = scanner.first_rad + index as f64 * scanner.step_rad;
-    let direction = Turn::by_radians_f64(bearing_rad)
-        .after(world_from_sensor.heading)
-        .direction();
-    let at = |range_m: f64| {
-        let place = world_from_sensor.position + direction.scaled(range_m);
-        lattice.cell_at(place.x, place.y)
-    };
-    let Some(end) = at(echo.measured_m) else {
-        return;
-    };
-    let step_m = lattice.cell_m() / SAMPLES_PER_CELL;
-    let mut last = None;
-    let mut number = 0_u32;
-    loop {
-        let range_m = f64::from(number) * step_m;
-        number += 1;
-        let Some(region) = echo
-            .region(range_m)
-            .filter(|region| *region != Region::AtEcho)
-        else {
-            break;
-        };
-        let Some(cell) = at(range_m) else { break };
-        if last == Some(cell) || echo.is_echo && cell == end {
-            continue;
-        }
-        last = Some(cell);
-        visit(SeenCell {
-            cell,
-            region,
-            range_m,
-            measured_m: echo.measured_m,
-        });
+impl RangeSensor for Scanner {
+    fn returns(&self) -> usize {
+        usize::from(self.beams)
     }
-    if echo.is_echo {
-        visit(SeenCell {
-            cell: end,
-            region: Region::AtEcho,
-            range_m: echo.measured_m,
-            measured_m: echo.measured_m,
-        });
+
+    fn footprint(&self, view: &View, visit: &mut dyn FnMut(SeenCell)) -> bool {
+        let Some(range) = view.range() else {
+            return true;
+        };
+        let bearing_rad = self.first_rad + view.index as f64 * self.step_rad;
+        let direction = Turn::by_radians_f64(bearing_rad)
+            .after(view.world_from_sensor.heading)
+            .direction();
+        let at = |range_m: f64| {
+            let place = view.world_from_sensor.position + direction.scaled(range_m);
+            view.lattice.cell_at(place.x, place.y)
+        };
+        let Some(end) = at(range.measured_m) else {
+            return false;
+        };
+        let mut visit = |cell, region| {
+            visit(SeenCell {
+                cell,
+                region,
+                weight: 1.0,
+                measured_m: range.measured_m,
+            });
+        };
+        let step_m = view.lattice.cell_m() / SAMPLES_PER_CELL;
+        let mut last = None;
+        for number in 0_u32.. {
+            let range_m = f64::from(number) * step_m;
+            let (Some(region), Some(cell)) = (range.region(range_m), at(range_m)) else {
+                break;
+            };
+            if matches!(region, Region::AtEcho | Region::AtLimit) {
+                break;
+            }
+            if last == Some(cell) || range.is_echo && cell == end {
+                continue;
+            }
+            last = Some(cell);
+            visit(cell, region);
+        }
+        if range.is_echo {
+            visit(end, Region::AtEcho);
+        }
+        true
     }
 }

@@ -4,7 +4,7 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::sensor::{Ring, SensorMask};
 
 use super::Shape;
-use crate::geometry::{Turn, Vector};
+use crate::geometry::{Pose2, Turn, Vector};
 
 /// One sensor's place and direction in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +20,13 @@ pub struct Eye {
 impl Eye {
     /// The sensors in use of a robot at the given pose.
     pub fn of(ring: &Ring, used: SensorMask, pose: &Pose) -> impl Iterator<Item = Self> {
-        let (ring, body) = (*ring, Turn::by_radians(pose.heading.radians()));
-        let centre = Vector::from(pose.position);
+        Self::at(ring, used, Pose2::from(*pose))
+    }
+
+    /// The sensors in use of a robot at the given pose, in double precision.
+    pub fn at(ring: &Ring, used: SensorMask, world_from_body: Pose2) -> impl Iterator<Item = Self> {
+        let (ring, body) = (*ring, world_from_body.heading);
+        let centre = world_from_body.position;
         used.iter().map(move |sensor| {
             let mount = ring.mount(sensor);
             let axis = Turn {

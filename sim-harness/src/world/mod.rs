@@ -19,7 +19,7 @@ mod shape;
 mod simulate;
 mod wheel_errors;
 
-pub use crate::geometry::{Turn, Vector};
+pub use crate::geometry::{Rectangle, Turn, Vector};
 pub use amiro_odometry::{FRAME_PERIOD_US, UPDATE_PERIOD_US};
 pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
@@ -28,7 +28,7 @@ pub use eye::{Eye, first_surface};
 pub use feasibility::Allowance;
 pub use leg::{Leg, TURN_DEG_PER_S};
 pub use odometry::Odometry;
-pub use opening::{Opening, Rectangle};
+pub use opening::Opening;
 pub use optics::Physics;
 pub use options::{Options, OptionsError};
 pub use scenario::{Scenario, ScenarioError};

@@ -4,24 +4,7 @@ use serde::Deserialize;
 
 use super::bounded::{Coordinate, Distance};
 use super::shape::corners;
-use crate::geometry::Vector;
-
-/// A rectangle with sides along the axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rectangle {
-    /// Lower left corner.
-    pub min: Vector,
-    /// Upper right corner.
-    pub max: Vector,
-}
-
-impl Rectangle {
-    /// Whether a place lies inside or on the edge.
-    #[must_use]
-    pub fn contains(&self, place: Vector) -> bool {
-        (self.min.x..=self.max.x).contains(&place.x) && (self.min.y..=self.max.y).contains(&place.y)
-    }
-}
+use crate::geometry::Rectangle;
 
 /// A passage that a map must leave open.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,5 @@
 //! The branch's own rules, with answers that no part has to give. What it does on a bus
-//! with parts stands in `tests/buses`.
+//! with parts stands in `sim-harness/tests/device/buses`.
 
 use pca9544a::Channel;
 use pca9544a::transactions::deselect;

@@ -9,7 +9,7 @@
 //!
 //! Says on USART2 how many counts of the 168 MHz timer each kind of call took, then
 //! resets. In an emulator that executes one instruction a nanosecond 168 counts are 1000
-//! instructions; on a board they would be cycles. `cargo test --test sampling` runs it
+//! instructions; on a board they would be cycles. `cargo test --test firmware sampling::` runs it
 //! and holds the table in docs/hardware.md against it. By hand, in one line:
 //!
 //! ```text

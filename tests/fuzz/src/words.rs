@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use sim_harness::calibration::{Fixed, Table};
-use sim_harness::evaluation::Method;
 use sim_harness::link::{LineFault, LineFaults, LossyLine};
+use sim_harness::mapping::Method;
 use sim_harness::world::Options;
 
 use crate::framing::frame_around;

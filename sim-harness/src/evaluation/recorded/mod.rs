@@ -33,7 +33,7 @@ use crate::log::LogError;
 use crate::world::{Physics, ScenarioError};
 
 pub use counts::SensorError;
-pub use walls::{Method, SeriesWalls};
+pub use walls::SeriesWalls;
 
 /// The series that alpha is calibrated on.
 const CALIBRATED_ON: &str = "follow_wall40";

@@ -1,18 +1,16 @@
 //! Maps of the stepped series against the walls that stood there.
 
 use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::sensor::Photometry;
 use serde::Serialize;
 
 use super::RecordedError;
 use super::series::{Face, SIDES, Series};
-use crate::mapping::{
-    CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper, Occupancy,
-};
-use crate::run;
-use crate::world::Vector;
+use crate::geometry::Vector;
+use crate::mapping::{Map, Mapper, Method, Occupancy, Setup};
+use crate::pipeline;
+use crate::rig::Rig;
 
 /// Side of a map cell, metres.
 const CELL_M: f64 = 0.010;
@@ -22,32 +20,8 @@ const RECALL_M: f64 = 0.015;
 /// How far outside of everything that stands there an occupied cell is false, metres.
 const FALSE_M: f64 = 0.020;
 
-/// What made a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// The faithful filter.
-    Paper,
-    /// Ours.
-    Plus,
-    /// The inverse sensor model in its tuned form.
-    Ism,
-}
-
-impl Method {
-    /// All, in the order of reports.
-    pub const ALL: [Self; 3] = [Self::Paper, Self::Plus, Self::Ism];
-}
-
-impl std::fmt::Display for Method {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Self::Paper => "paper",
-            Self::Plus => "plus",
-            Self::Ism => "ISM",
-        })
-    }
-}
+/// The methods that are compared, in the order of the report.
+const METHODS: [Method; 3] = [Method::PAPER, Method::PLUS, Method::ISM_TUNED];
 
 /// A series' map by one method, against its walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,8 +30,8 @@ pub struct SeriesWalls {
     pub series: &'static str,
     /// Where the readings are from: `recorded`, or the physics that simulated them.
     pub readings: &'static str,
-    /// The method.
-    pub method: Method,
+    /// The method's name.
+    pub method: &'static str,
     /// Stations of the series.
     pub stations: usize,
     /// Steps of the filter.
@@ -79,18 +53,32 @@ pub struct SeriesWalls {
 impl SeriesWalls {
     /// Maps a series by each method, under the given law.
     pub(super) fn of(series: &Series, law: &Photometry) -> Result<Vec<Self>, RecordedError> {
-        let map = |method: &Method| {
-            let (map, steps) = method.map(series, law)?;
-            Ok(Self::scored(series, *method, steps, &map))
+        let scored = |method: &Method| {
+            let config = Config {
+                sensors: SIDES,
+                photometry: *law,
+                ..Config::amiro(method.profile().unwrap_or(Profile::Paper))
+            };
+            let mut mapper = method.mapper(&Setup {
+                rig: &Rig::from(&config),
+                cell_m: CELL_M,
+                footprint: false,
+                extent: None,
+            });
+            let outcome = pipeline::run(
+                |take| pipeline::records(method, &config, &series.inputs(), take),
+                &mut mapper,
+                &mut |_, _| {},
+            )?;
+            Ok(Self::scored(series, method, outcome.steps, &mapper.map()))
         };
-        Method::ALL.iter().map(map).collect()
+        METHODS.iter().map(scored).collect()
     }
 
-    fn scored(series: &Series, method: Method, steps: u32, map: &Map) -> Self {
+    fn scored(series: &Series, method: &Method, steps: u32, map: &Map) -> Self {
         let occupied: Vec<Vector> = map
-            .iter()
-            .filter(|(_, p_occ)| Occupancy::of(**p_occ) == Occupancy::Occupied)
-            .map(|(cell, _)| map.centre(cell))
+            .cells_of(Occupancy::Occupied)
+            .map(|cell| map.centre(cell))
             .map(|(x, y)| Vector::new(x, y))
             .collect();
         let distances: Vec<f64> = series
@@ -107,7 +95,7 @@ impl SeriesWalls {
         Self {
             series: series.name,
             readings: series.readings,
-            method,
+            method: method.name,
             stations: series.stations.len(),
             steps,
             occupied: occupied.len(),
@@ -118,38 +106,6 @@ impl SeriesWalls {
             false_cells: occupied.iter().filter(is_false).count(),
         }
     }
-}
-
-impl Method {
-    /// The map of a series, and the filter's steps.
-    fn map(self, series: &Series, law: &Photometry) -> Result<(Map, u32), RecordedError> {
-        let profile = match self {
-            Self::Paper | Self::Ism => Profile::Paper,
-            Self::Plus => Profile::Plus,
-        };
-        let mut config = Config {
-            sensors: SIDES,
-            photometry: *law,
-            ..Config::amiro(profile)
-        };
-        if self == Self::Ism {
-            // It takes the readings of the steps and needs no particles.
-            config.particles_per_sensor = 1;
-            let tuned = InverseSensorParameters::TUNED;
-            let mut mapper = InverseSensorMapper::new(CELL_M, &config, tuned);
-            return mapped(&mut mapper, &config, series);
-        }
-        mapped(&mut CountingMapper::new(CELL_M), &config, series)
-    }
-}
-
-fn mapped(
-    mapper: &mut impl Mapper,
-    config: &Config,
-    series: &Series,
-) -> Result<(Map, u32), RecordedError> {
-    let outcome = run(config, &series.inputs(), |event: &Event| mapper.take(event))?;
-    Ok((mapper.map(), outcome.steps))
 }
 
 impl Face {

@@ -1,16 +1,17 @@
 //! A drive through one of the paper's scenarios, mapped by several methods at once.
 
-use amiro_ipf::event::Event;
+use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::geometry::Pose;
 
+use crate::drive::Record;
 use crate::evaluation::Truth;
-use crate::mapping::Map;
-use crate::run;
+use crate::geometry::Pose2;
+use crate::mapping::{Map, Mapper, Method, Setup};
+use crate::pipeline;
+use crate::rig::Rig;
 use crate::world::{Options, Scenario, simulate_with};
 
 use super::FigureError;
-use super::method::Method;
 
 /// The scenarios, in the program itself: the figures need no file.
 const SCENARIOS: [&str; 5] = [
@@ -58,7 +59,7 @@ pub(super) struct Mapped {
     /// The maps, one a method in the order asked for.
     pub(super) maps: Vec<Map>,
     /// The robot's pose at each step that counted.
-    pub(super) poses: Vec<Pose>,
+    pub(super) poses: Vec<Pose2>,
 }
 
 /// One of the paper's scenarios.
@@ -96,47 +97,42 @@ impl Course {
         conditions: &Conditions,
     ) -> Result<Mapped, FigureError> {
         let simulation = simulate_with(&self.scenario, conditions.seed, &conditions.options);
-        let mut maps = vec![None; methods.len()];
         let mut poses = Vec::new();
-        for profile in [Profile::Paper, Profile::Plus] {
-            let mut config = self.scenario.config(profile);
-            config.seed = conditions.seed;
-            if let Some(particles) = conditions.particles {
-                config.particles_per_sensor = particles;
-            }
-            if let Some(gate) = conditions.gate {
-                config.parameters.gate = gate;
-            }
-            let mut mappers: Vec<_> = methods
-                .iter()
-                .zip(&mut maps)
-                .filter(|(method, _)| method.profile() == profile)
-                .map(|(method, map)| (method.mapper(self.scenario.cell_m, &config), map))
-                .collect();
-            if mappers.is_empty() {
-                continue;
-            }
+        let maps = methods.iter().map(|method| {
+            let config = self.config(method.profile().unwrap_or(Profile::Paper), conditions);
+            let mut mapper = method.mapper(&Setup {
+                rig: &Rig::from(&config),
+                cell_m: self.scenario.cell_m,
+                footprint: false,
+                extent: Some(self.scenario.extent),
+            });
             let mut travel = Travel::new(conditions.until_m);
-            run(&config, &simulation.inputs, |event| {
-                if travel.reaches(event) {
-                    mappers
-                        .iter_mut()
-                        .for_each(|(mapper, _)| mapper.take(event));
+            pipeline::records(method, &config, &simulation.inputs, &mut |record| {
+                if travel.reaches(record) {
+                    mapper.take(record);
                 }
             })?;
-            for (mapper, map) in mappers {
-                *map = Some(mapper.map());
-            }
             poses = travel.poses;
+            Ok(mapper.map())
+        });
+        let maps = maps.collect::<Result<_, FigureError>>()?;
+        Ok(Mapped { maps, poses })
+    }
+
+    fn config(&self, profile: Profile, conditions: &Conditions) -> Config {
+        let mut config = self.scenario.config(profile);
+        config.seed = conditions.seed;
+        if let Some(particles) = conditions.particles {
+            config.particles_per_sensor = particles;
         }
-        Ok(Mapped {
-            maps: maps.into_iter().flatten().collect(),
-            poses,
-        })
+        if let Some(gate) = conditions.gate {
+            config.parameters.gate = gate;
+        }
+        config
     }
 
     /// What could be seen from the poses.
-    pub(super) fn truth(&self, poses: &[Pose]) -> Truth {
+    pub(super) fn truth(&self, poses: &[Pose2]) -> Truth {
         Truth::of(&self.scenario, poses)
     }
 }
@@ -144,7 +140,7 @@ impl Course {
 /// The way so far, up to a distance.
 struct Travel {
     left_m: f64,
-    poses: Vec<Pose>,
+    poses: Vec<Pose2>,
 }
 
 impl Travel {
@@ -155,13 +151,16 @@ impl Travel {
         }
     }
 
-    /// Whether an event still counts.
-    fn reaches(&mut self, event: &Event) -> bool {
-        if let Event::StepBegun(step) = event {
-            let last = self.poses.last().unwrap_or(&step.pose);
-            self.left_m -= f64::from(last.motion_to(&step.pose).displacement.norm());
+    /// Whether a record still counts.
+    fn reaches(&mut self, record: &Record) -> bool {
+        if let Record::Pose {
+            world_from_body, ..
+        } = record
+        {
+            let last = self.poses.last().unwrap_or(world_from_body);
+            self.left_m -= (world_from_body.position - last.position).norm();
             if self.left_m >= 0.0 {
-                self.poses.push(step.pose);
+                self.poses.push(*world_from_body);
             }
         }
         self.left_m >= 0.0

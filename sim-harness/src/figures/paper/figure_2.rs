@@ -3,8 +3,10 @@
 use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 
+use crate::drive::FilterRecords;
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
-use crate::mapping::{InverseSensorMapper, InverseSensorParameters, Map, Mapper};
+use crate::mapping::{Belief, InverseSensorMapper, InverseSensorParameters, Map, Mapper};
+use crate::rig::Rig;
 
 use super::FigureError;
 use super::one_sensor;
@@ -87,15 +89,16 @@ pub(super) fn draw() -> Result<Plate, FigureError> {
 
 fn map(parameters: InverseSensorParameters, cell_m: f64) -> Map {
     let config = one_sensor::config(Profile::Paper);
-    let mut mapper = InverseSensorMapper::new(cell_m, &config, parameters);
+    let mut mapper = InverseSensorMapper::new(cell_m, &Rig::from(&config), parameters);
     let step = one_sensor::step(0, 0.0, one_sensor::counts_at(OBJECT_M));
-    mapper.take(&Event::StepBegun(step));
+    let mut records = FilterRecords::new(config.photometry);
+    records.translate(&Event::StepBegun(step), &mut |record| mapper.take(record));
     mapper.map()
 }
 
 /// The probability at a place in millimetres.
 fn at(map: &Map, x_mm: f64, y_mm: f64) -> f64 {
     let cell = map.cell_at(1e-3 * x_mm, 1e-3 * y_mm);
-    let p_occ = cell.and_then(|cell| map.get(cell));
-    f64::from(p_occ.copied().unwrap_or(0.5))
+    let belief = cell.and_then(|cell| map.get(cell));
+    f64::from(belief.unwrap_or(&Belief::UNKNOWN).p_occ())
 }

@@ -1,14 +1,14 @@
 //! Figure 5: the particles of two steps sorted into a map, and the usual map beside it.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 
+use crate::drive::FilterRecords;
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::figures::map_picture::MapPicture;
 use crate::figures::window::Window;
-use crate::mapping::{
-    Cell, CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper,
-};
+use crate::lattice::Cell;
+use crate::mapping::{CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper};
+use crate::rig::Rig;
 
 use super::FigureError;
 use super::figure_4::{REJECTED, SURVIVED};
@@ -102,21 +102,23 @@ fn scatter(steps: &[Step], letter: &str, title: &str) -> Panel {
 }
 
 fn counted(steps: &[Step]) -> Map {
-    let mut mapper = CountingMapper::new(CELL_M);
-    for step in steps {
-        mapper.begin_step(&step.begun);
-        mapper.count(&step.outcomes);
+    mapped(CountingMapper::new(CELL_M), steps)
+}
+
+fn mapped(mut mapper: impl Mapper, steps: &[Step]) -> Map {
+    let config = one_sensor::config(Profile::Paper);
+    let mut records = FilterRecords::new(config.photometry);
+    for event in steps.iter().flat_map(Step::events) {
+        records.translate(&event, &mut |record| mapper.take(record));
     }
     mapper.map()
 }
 
 fn inverse_sensor_map(steps: &[Step]) -> Map {
     let config = one_sensor::config(Profile::Paper);
-    let mut mapper = InverseSensorMapper::new(CELL_M, &config, InverseSensorParameters::STANDARD);
-    for step in steps {
-        mapper.take(&Event::StepBegun(step.begun));
-    }
-    mapper.map()
+    let parameters = InverseSensorParameters::STANDARD;
+    let mapper = InverseSensorMapper::new(CELL_M, &Rig::from(&config), parameters);
+    mapped(mapper, steps)
 }
 
 fn picture(title: &str, map: &Map, steps: &[Step]) -> crate::figures::Picture {

@@ -4,11 +4,11 @@ use core::ops::Range;
 
 use crate::evaluation::Scores;
 use crate::figures::chart::{Axis, Bar, Chart, Layer, Mark};
-use crate::figures::picture::beside;
+use crate::figures::picture::{Colour, beside};
+use crate::mapping::Method;
 
 use super::FigureError;
 use super::course::{Conditions, Course};
-use super::method::Method;
 use super::moments::Moments;
 use super::plate::{Panel, Plate, Row, Table};
 
@@ -23,6 +23,14 @@ const PLOT_PX: (usize, usize) = (510, 320);
 
 /// Width of a bar; four of them stand at each scenario.
 const BAR_WIDTH: f64 = 0.19;
+
+/// The four methods that are compared by numbers, with names and colours.
+const COMPARED: [(Method, &str, Colour); 4] = [
+    (Method::ISM_STANDARD, "ISM standard", [170, 170, 170]),
+    (Method::ISM_TUNED, "ISM tuned", [110, 110, 110]),
+    (Method::PAPER, "paper", [230, 140, 30]),
+    (Method::PLUS, "plus", [30, 110, 200]),
+];
 
 const CAPTION: &str = "Simulated; the bars are means over the seeds, the whiskers one standard \
 deviation of a single drive. Overall error is wrong cells over classified cells, at the \
@@ -99,8 +107,8 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<Plate, FigureError> {
 }
 
 fn judge(course: &Course, seeds: &Range<u64>) -> Result<Vec<Group>, FigureError> {
-    let methods = Method::COMPARED.map(|(method, _, _)| method);
-    let mut groups = Method::COMPARED.map(|(_, method, _)| Group {
+    let methods = COMPARED.map(|(method, _, _)| method);
+    let mut groups = COMPARED.map(|(_, method, _)| Group {
         scenario: course.title(),
         method,
         scores: Vec::new(),
@@ -129,7 +137,7 @@ fn bars(
         Axis::linear("share, %", 0.0, high),
         PLOT_PX,
     );
-    for (place, (_, method, colour)) in (0_u8..).zip(Method::COMPARED) {
+    for (place, (_, method, colour)) in (0_u8..).zip(COMPARED) {
         let aside = (f64::from(place) - 1.5) * BAR_WIDTH;
         let of_method = groups.iter().filter(|group| group.method == method);
         let bars = (0_u32..).zip(of_method).map(|(scenario, group)| {

@@ -1,17 +1,15 @@
 //! Figure 9: maps of the five scenarios, and of the T junction half way.
 
-use amiro_ipf::geometry::Pose;
-
 use crate::evaluation::{Scores, Truth};
 use crate::figures::map_picture::MapPicture;
 use crate::figures::picture::{Picture, beside};
 use crate::figures::window::Window;
-use crate::mapping::{InverseSensorParameters, Map, MaxRange, Occupancy};
+use crate::geometry::Pose2;
+use crate::mapping::{Map, Method, Occupancy};
 use crate::world::{Scenario, Vector};
 
 use super::FigureError;
 use super::course::{Conditions, Course};
-use super::method::Method;
 use super::percent::{percent, share};
 use super::plate::{Panel, Plate, Row};
 
@@ -30,10 +28,8 @@ const OUTLINE_M: f64 = 0.002;
 /// A map that is asked for: its letter, what stands above it, and how it is made.
 type Wanted = (&'static str, &'static str, Method);
 
-const OBJECT: Method =
-    Method::InverseSensor(InverseSensorParameters::STANDARD.with(MaxRange::TakenAsObject));
-const DROPPED: Method =
-    Method::InverseSensor(InverseSensorParameters::STANDARD.with(MaxRange::Dropped));
+const OBJECT: Method = Method::ISM_STANDARD_OBJECT;
+const DROPPED: Method = Method::ISM_STANDARD_DROPPED;
 
 const SINGLE: &[Wanted] = &[
     ("a", "(a) ISM standard", Method::ISM_STANDARD),
@@ -196,9 +192,8 @@ fn closed_cells(scenario: &Scenario, map: &Map) -> usize {
         let mut openings = scenario.openings.iter();
         openings.any(|opening| opening.rectangle.contains(Vector::new(x, y)))
     };
-    map.iter()
-        .filter(|(_, p_occ)| Occupancy::of(**p_occ) == Occupancy::Occupied)
-        .filter(|(cell, _)| is_closed(map.centre(*cell)))
+    map.cells_of(Occupancy::Occupied)
+        .filter(|cell| is_closed(map.centre(*cell)))
         .count()
 }
 
@@ -206,10 +201,10 @@ fn picture(
     scenario: &Scenario,
     title: &str,
     map: &Map,
-    poses: &[Pose],
+    poses: &[Pose2],
     window: Option<Window>,
 ) -> Picture {
-    let place = |pose: &Pose| (f64::from(pose.position.x), f64::from(pose.position.y));
+    let place = |pose: &Pose2| (pose.position.x, pose.position.y);
     let path: Vec<_> = poses.iter().map(place).collect();
     let outlines: Vec<Vec<_>> = scenario
         .shapes
@@ -219,7 +214,7 @@ fn picture(
             points.iter().map(|point| (point.x, point.y)).collect()
         })
         .collect();
-    let heading = poses.last().map(|pose| f64::from(pose.heading.radians()));
+    let heading = poses.last().map(Pose2::heading_rad);
     MapPicture {
         robot_radius_m: None,
         title: Some(title),

@@ -5,11 +5,11 @@ use core::ops::Range;
 use crate::evaluation::{Scores, Truth};
 use crate::figures::chart::{Axis, Chart, Layer, Mark};
 use crate::figures::picture::Colour;
+use crate::mapping::Method;
 use crate::world::Options;
 
 use super::FigureError;
 use super::course::{Conditions, Course};
-use super::method::Method;
 use super::moments::Moments;
 use super::plate::{Panel, Plate, Row, Table};
 

@@ -14,7 +14,6 @@ mod figure_5;
 mod figure_8;
 mod figure_9;
 mod influence;
-mod method;
 mod moments;
 mod one_sensor;
 mod page;

@@ -1,6 +1,6 @@
 //! Two steps of the filter towards an object, with every particle on record.
 
-use amiro_ipf::event::{ParticleEvent, StepBegun};
+use amiro_ipf::event::{BATCH, Event, ParticleEvent, Particles, StepBegun};
 use amiro_ipf::filter::{InverseParticleFilter, Outcome, ParticleSet, Profile};
 use amiro_ipf::geometry::Point;
 use amiro_ipf::sensor::Ring;
@@ -36,6 +36,21 @@ pub(super) struct Step {
     pub(super) rejected: Cloud,
     /// The particles that the step drew.
     pub(super) drawn: Cloud,
+}
+
+impl Step {
+    /// The step as a node reports it.
+    pub(super) fn events(&self) -> Vec<Event> {
+        let batch = |outcomes: &[ParticleEvent]| {
+            Event::Particles(Particles {
+                step: self.begun.index as u8,
+                outcomes: outcomes.iter().copied().collect(),
+            })
+        };
+        let begun = Event::StepBegun(self.begun);
+        let batches = self.outcomes.chunks(BATCH).map(batch);
+        std::iter::once(begun).chain(batches).collect()
+    }
 }
 
 /// The steps at t = 0, 1 and 2.

@@ -1,0 +1,5 @@
+//! The command line of `cargo ipf`.
+
+mod command_line;
+mod console;
+mod options;

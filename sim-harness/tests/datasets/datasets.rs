@@ -1,0 +1,210 @@
+//! Recorded drives of other robots, through the public interface.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sim_harness::datasets::{Dataset, DatasetError, Kcma, PoseSource, RefusedRows, recognise};
+use sim_harness::drive::{Keyframes, Record, Return};
+use sim_harness::mapping::{Map, Mapper, Method, Occupancy, Setup};
+use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
+use sim_harness::rig::Rig;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn robond() -> PathBuf {
+    root().join("tests/data/robond")
+}
+
+fn rig() -> Rig {
+    Rig::load(&root().join("../rigs/kcma.toml")).unwrap()
+}
+
+/// The usual keyframes of a drive, mapped with cells of 0.1 m.
+fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (DriveFigures, Map) {
+    let options = DriveOptions {
+        poses,
+        keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
+        mounts: vec![sensors.to_owned()],
+    };
+    let method: Method = method.parse().unwrap();
+    let mut mapper = method.mapper(&Setup {
+        rig: &rig(),
+        cell_m: 0.1,
+        footprint: false,
+        extent: None,
+    });
+    let run = pipeline::run(
+        |take| pipeline::dataset_records(&Kcma, drive, &rig(), &options, take),
+        &mut mapper,
+        &mut |_, _| {},
+    )
+    .unwrap();
+    (run.figures, mapper.map())
+}
+
+fn cells(map: &Map) -> (usize, usize) {
+    (map.count(Occupancy::Occupied), map.count(Occupancy::Free))
+}
+
+/// A folder of the test's own, with the first `rows` rows of the drive.
+fn copied(name: &str, rows: usize) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("ipf-datasets-{}-{name}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    for file in ["poses.txt", "measurement.txt"] {
+        let text = fs::read_to_string(robond().join(file)).unwrap();
+        let head: String = text.split_inclusive('\n').take(rows).collect();
+        fs::write(folder.join(file), head).unwrap();
+    }
+    folder
+}
+
+fn read(folder: &Path, poses: PoseSource) -> Result<(Vec<Record>, RefusedRows), DatasetError> {
+    let mut records = Vec::new();
+    let refused = Kcma.read(folder, &rig(), poses, &mut |record| {
+        records.push(record.clone())
+    })?;
+    Ok((records, refused))
+}
+
+#[test]
+fn sonar_maps_have_the_published_number_of_cells() {
+    // Carvalho and Ventura's inverse sensor model by an independent implementation.
+    for (method, expected) in [("ism", (1753, 11_924)), ("ism-decay", (2237, 11_673))] {
+        let (figures, map) = mapped(&robond(), method, "sonar", PoseSource::Odometry);
+        assert_eq!(cells(&map), expected, "{method}");
+        assert_eq!(figures.poses, 413);
+        assert_eq!(figures.keyframes, 187);
+        assert_eq!(figures.echoes, 1038);
+        assert_eq!(figures.echoes + figures.no_echoes + figures.invalid, 1496);
+        assert_eq!(figures.refused_rows, 0);
+    }
+}
+
+#[test]
+fn sonar_echoes_add_up_to_the_recorded_ranges() {
+    let (records, _) = read(&robond(), PoseSource::Odometry).unwrap();
+    let mut keyframes = Keyframes::new(0.10, 5_f64.to_radians());
+    let (mut is_keyframe, mut sum_m) = (false, 0.0);
+    for record in &records {
+        match record {
+            Record::Pose {
+                world_from_body, ..
+            } => is_keyframe = keyframes.take(world_from_body),
+            Record::Scan(scan) if is_keyframe => {
+                for measured in &scan.returns {
+                    if let Return::Echo { range_m, .. } = measured {
+                        sum_m += range_m;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    assert!((sum_m - 2434.2).abs() < 1e-6, "{sum_m}");
+}
+
+#[test]
+fn a_laser_drive_maps_with_the_same_grid_as_a_sonar_drive() {
+    let drive = root().join("../../shared/data/kcma/test1");
+    if !drive.is_dir() {
+        assert!(std::env::var_os("IPF_NO_SKIP").is_none(), "no recordings");
+        return;
+    }
+    assert_eq!(recognise(&drive).map(Dataset::name), Some("kcma"));
+    let (figures, map) = mapped(&drive, "ism", "laser", PoseSource::Matched);
+    assert_eq!(figures.keyframes, 183);
+    assert_eq!(figures.echoes + figures.no_echoes, 183 * 361);
+    let (occupied, free) = cells(&map);
+    assert!((1000..1300).contains(&occupied), "{occupied}");
+    assert!(free > 20_000, "{free}");
+}
+
+#[test]
+fn a_broken_row_costs_that_row_and_is_named() {
+    let folder = copied("broken", 20);
+    let path = folder.join("measurement.txt");
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines[3] = lines[3].replace(' ', ",");
+    lines[5].push_str(" 400");
+    lines[7].truncate(20);
+    lines[9] = lines[9].replacen("1", "9", 1);
+    lines[11].push_str("\u{1b}[2J");
+    fs::write(&path, lines.join("\n") + "\n").unwrap();
+    let (records, refused) = read(&folder, PoseSource::Odometry).unwrap();
+    assert_eq!(refused.count, 5, "{refused}");
+    let scans = records
+        .iter()
+        .filter(|record| matches!(record, Record::Scan(_)));
+    assert_eq!(scans.count(), 15);
+    let numbers: Vec<_> = refused.first.iter().map(|row| row.line).collect();
+    assert_eq!(numbers, [4, 6, 8, 10, 12]);
+    let words = refused.to_string();
+    assert!(words.contains("measurement.txt line 4: "), "{words}");
+    assert!(!words.contains('\u{1b}'), "{words}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_cut_row_at_the_end_is_refused_and_the_rest_is_kept() {
+    let folder = copied("cut", 10);
+    let path = folder.join("measurement.txt");
+    let bytes = fs::read(&path).unwrap();
+    let (whole, _) = read(&folder, PoseSource::Odometry).unwrap();
+    for end in (bytes.len() - 60)..bytes.len() {
+        fs::write(&path, &bytes[..end]).unwrap();
+        let (records, refused) = read(&folder, PoseSource::Odometry).unwrap();
+        // One row or two are hit: the cut begins within the last but one.
+        assert!(whole.len() - records.len() <= 4, "{end}: {refused}");
+        assert!(records == whole[..records.len()], "{end}: {refused}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_line_without_an_end_is_refused_in_bounded_memory() {
+    let folder = copied("endless", 3);
+    let path = folder.join("poses.txt");
+    let mut text = fs::read(&path).unwrap();
+    let line_end = text.iter().position(|byte| *byte == b'\n').unwrap();
+    let long = vec![b'1'; 3 << 20];
+    text.splice(line_end..line_end, long);
+    fs::write(&path, text).unwrap();
+    let (records, refused) = read(&folder, PoseSource::Odometry).unwrap();
+    assert_eq!(refused.count, 1);
+    assert!(refused.to_string().contains("longer than 65536 bytes"));
+    assert_eq!(records.len(), 4);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let message = |result: Result<(Vec<Record>, RefusedRows), DatasetError>| {
+        result
+            .err()
+            .map(|error| error.to_string())
+            .unwrap_or_default()
+    };
+    let matched = message(read(&robond(), PoseSource::Matched));
+    assert!(matched.ends_with("matched_poses.csv is missing: the recording has no matched poses"));
+    let folder = copied("empty", 0);
+    let empty = message(read(&folder, PoseSource::Odometry));
+    assert!(
+        empty.contains("poses.txt: no row of the format kcma"),
+        "{empty}"
+    );
+    fs::remove_file(folder.join("poses.txt")).unwrap();
+    assert!(recognise(&folder).is_none());
+    let missing = message(read(&folder, PoseSource::Odometry));
+    assert!(missing.contains("od.txt is missing"), "{missing}");
+    let pioneer = Rig::load(&root().join("../rigs/amiro.toml")).unwrap();
+    let other = Kcma.read(&robond(), &pioneer, PoseSource::Odometry, &mut |_| {});
+    assert_eq!(
+        other.unwrap_err().to_string(),
+        "rig amiro: the recording needs 8 cones, in this order"
+    );
+    fs::remove_dir_all(folder).unwrap();
+}

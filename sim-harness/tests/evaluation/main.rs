@@ -1,0 +1,8 @@
+//! Simulated worlds, calibration, scores and comparisons of methods.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod calibration;
+mod evaluation;
+mod worlds;

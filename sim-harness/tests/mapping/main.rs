@@ -1,0 +1,9 @@
+//! Drives to maps.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod drive_by;
+mod recorded_drives;
+mod recorded_walls;
+mod standstill;

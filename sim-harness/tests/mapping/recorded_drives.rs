@@ -1,0 +1,117 @@
+//! Three drives of the real AMiRo along walls, through the filter to the map.
+//!
+//! The drives are not part of the project; without them these tests say so and pass.
+
+use std::path::Path;
+
+use amiro_ipf::config::Config;
+use amiro_ipf::filter::Profile;
+use amiro_ipf::sensor::SensorMask;
+use sim_harness::evaluation::{Surroundings, WallReport};
+use sim_harness::mapping::Occupancy;
+use sim_harness::{Survey, log, run};
+
+use crate::common;
+
+/// The sensors that see the guide robot ahead.
+const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
+
+fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
+    survey_with(None, folder, drive, profile)
+}
+
+/// A survey whose map has the footprint of a hull of the given radius, if any.
+fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> Survey {
+    let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
+    let recording = log::read(&file).unwrap();
+    let mut config = Config {
+        sensors: GUIDE.complement(),
+        ..Config::amiro(profile)
+    };
+    config.photometry.x_max_m = 0.17;
+    let mut survey = Survey::new(&config, 0.010, hull_m);
+    let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
+    assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
+    survey
+}
+
+/// What `plus` finds beside the first leg of each drive: the walls, and nothing else.
+#[test]
+fn walls_of_the_recorded_drives_are_found_where_they_stand() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    for (drive, left, right) in [
+        ("Left", true, false),
+        ("Gang", true, true),
+        ("Right_Right", false, true),
+    ] {
+        let survey = survey(&folder, drive, Profile::Plus);
+        let legs = WallReport::by_leg(&Surroundings::new(&survey.map(), &survey.path()));
+        let leg = legs.first().unwrap();
+        for (side, is_wall) in [(leg.left, left), (leg.right, right)] {
+            assert_eq!(side.claimed, is_wall, "{drive}: {leg}");
+            if is_wall {
+                assert!(side.covered_m > 0.295, "{drive}: {leg}");
+                assert!(side.share.unwrap() >= 0.85, "{drive}: {leg}");
+            } else {
+                assert_eq!(side.occupied, 0, "{drive}: {leg}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let under_the_hull = |survey: &Survey| {
+        let map = survey.map();
+        let under = map.cells_of(Occupancy::Occupied).filter(|cell| {
+            let (x, y) = map.centre(*cell);
+            let mut path = survey.path().into_iter();
+            path.any(|(robot_x, robot_y)| (x - robot_x).hypot(y - robot_y) < 0.05 - 1e-6)
+        });
+        under.count()
+    };
+    for (drive, profile, before) in [
+        ("Gang", Profile::Paper, 30),
+        ("Gang", Profile::Plus, 17),
+        ("Left", Profile::Paper, 12),
+    ] {
+        let counted = survey(&folder, drive, profile);
+        assert_eq!(under_the_hull(&counted), before, "{drive}");
+        let cleared = survey_with(Some(0.05), &folder, drive, profile);
+        assert_eq!(under_the_hull(&cleared), 0, "{drive}");
+    }
+}
+
+#[test]
+fn steps_of_the_recorded_drives_are_ten_millimetres_long() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    for drive in ["Left", "Gang", "Right_Right"] {
+        let mean = survey(&folder, drive, Profile::Paper)
+            .figures()
+            .mean_step_m
+            .unwrap();
+        // Rows are 5 to 10 mm apart; the remainder of each step is carried over.
+        assert!((0.0095..0.0105).contains(&mean), "{drive}: {mean} m");
+    }
+}
+
+#[test]
+fn a_drive_gives_the_same_digest_twice_and_another_for_another_seed() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let digest = || {
+        survey(&folder, "Left", Profile::Paper)
+            .figures()
+            .last_digest
+    };
+    assert!(digest().is_some());
+    assert_eq!(digest(), digest());
+}

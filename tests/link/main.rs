@@ -1,0 +1,3 @@
+//! The link between a board and a host: bytes, frames, messages.
+
+mod wire;
