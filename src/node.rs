@@ -292,7 +292,7 @@ fn step_done(index: u32, digest: u32, tally: &Tally) -> StepDone {
         past_gate: count(tally.past_gate),
         below_gate: count(tally.below_gate),
         free: count(tally.free),
-        behind: count(tally.behind),
+        behind: count(tally.unobserved),
         departed: count(tally.departed),
         degenerate: tally.live > 0 && tally.weight_sum == 0,
     }

@@ -2,14 +2,102 @@
 
 mod common;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// What the unit tests of a file begin with.
+const TESTS: &str = "\n#[cfg(test)]\nmod tests";
+
+/// All code of the workspace that is no test.
+const PLACES: [&str; 3] = ["src", "sim-harness/src", "drivers"];
+
+/// Most lines of a file without its tests, and of a file with a command of `cargo ipf`.
+const MOST_LINES: usize = 400;
+const MOST_LINES_OF_A_COMMAND: usize = 150;
+
+/// Files that are longer, with the most lines that each may have. An entry goes when its
+/// file is short enough; none is added.
+const LONG_FILES: &[(&str, usize)] = &[
+    ("sim-harness/src/commands/evaluate.rs", 389),
+    ("sim-harness/src/commands/evaluate_report.rs", 244),
+    ("sim-harness/src/commands/map.rs", 164),
+    ("sim-harness/src/commands/record.rs", 175),
+    ("sim-harness/src/commands/replay.rs", 509),
+    ("sim-harness/src/commands/simulate.rs", 195),
+    ("sim-harness/src/link/board.rs", 642),
+];
+
+/// Names that more than one type has, with the most types that each may name. An entry
+/// goes when its name is one type's alone; none is added.
+const SHARED_NAMES: &[(&str, usize)] = &[
+    ("Board", 3),
+    ("CanHealth", 2),
+    ("Command", 2),
+    ("Comparison", 3),
+    ("Continuity", 2),
+    ("Course", 2),
+    ("DriveScores", 2),
+    ("Echo", 2),
+    ("Error", 2),
+    ("Fault", 3),
+    ("Figure", 2),
+    ("Figures", 2),
+    ("Frame", 2),
+    ("Image", 2),
+    ("Kept", 2),
+    ("Keys", 3),
+    ("Light", 2),
+    ("Line", 4),
+    ("LineFault", 2),
+    ("Map", 2),
+    ("Mapped", 2),
+    ("Mark", 2),
+    ("Measurement", 2),
+    ("Message", 2),
+    ("Method", 3),
+    ("Mount", 2),
+    ("Node", 2),
+    ("Odometry", 2),
+    ("Offsets", 2),
+    ("Outcome", 4),
+    ("Phase", 2),
+    ("Place", 3),
+    ("Point", 2),
+    ("Quantity", 2),
+    ("Record", 3),
+    ("Register", 3),
+    ("Registers", 4),
+    ("Report", 2),
+    ("Row", 3),
+    ("Run", 3),
+    ("Scan", 2),
+    ("Scenario", 2),
+    ("SensorFault", 2),
+    ("Source", 2),
+    ("Stage", 2),
+    ("Stamped", 2),
+    ("Start", 3),
+    ("Step", 3),
+    ("Summary", 2),
+    ("Surroundings", 2),
+    ("Table", 2),
+    ("Talk", 2),
+    ("Tally", 2),
+    ("Timing", 2),
+    ("Transaction", 3),
+    ("Trouble", 2),
+    ("Truth", 2),
+    ("Verdict", 2),
+    ("Window", 3),
+    ("Word", 2),
+];
 
 /// Every Rust file below a folder or the file itself, with its text up to its tests.
 fn sources(place: &str) -> Vec<(PathBuf, String)> {
     common::rust_files(place)
         .into_iter()
         .map(|(path, text)| {
-            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let code = text.split(TESTS).next().unwrap_or_default();
             (path, code.to_owned())
         })
         .collect()
@@ -148,7 +236,7 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
         "crate::link",
         "crate::pipeline",
         "crate::evaluation",
-        "crate::figures",
+        "crate::report",
     ];
     for place in ["sim-harness/src/rig", "sim-harness/src/drive"] {
         assert_never_names(place, &above);
@@ -160,4 +248,81 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
         "sim-harness/src/pipeline.rs",
         &["crate::world", "crate::link"],
     );
+}
+
+/// The code of the workspace without its tests, by path from the root.
+fn workspace() -> Vec<(String, String)> {
+    let files = PLACES.iter().flat_map(|place| sources(place));
+    files
+        .map(|(path, text)| {
+            let path = path.strip_prefix(common::root()).unwrap();
+            let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
+            (names.join("/"), text)
+        })
+        .filter(|(path, _)| !path.ends_with("/tests.rs") && !path.contains("/tests/"))
+        .collect()
+}
+
+/// Panics with what is more than `most` where the list has no entry that allows it, and
+/// with entries of the list that allow what needs no entry.
+fn assert_within(
+    found: &BTreeMap<String, usize>,
+    most: impl Fn(&str) -> usize,
+    list: &[(&str, usize)],
+) {
+    let allowed = BTreeMap::from_iter(list.iter().copied());
+    let mut wrong = Vec::new();
+    for (name, count) in found {
+        let limit = *allowed.get(name.as_str()).unwrap_or(&most(name));
+        if *count > limit {
+            wrong.push(format!("{name}: {count}, at most {limit}"));
+        }
+    }
+    for (name, _) in list {
+        if found.get(*name).is_none_or(|count| *count <= most(name)) {
+            wrong.push(format!(
+                "{name}: no exception any more, remove it from the list"
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn files_are_short_without_their_tests() {
+    let lines = workspace()
+        .into_iter()
+        .map(|(path, text)| (path, text.lines().count()));
+    let most = |path: &str| {
+        if path.starts_with("sim-harness/src/commands/") {
+            MOST_LINES_OF_A_COMMAND
+        } else {
+            MOST_LINES
+        }
+    };
+    assert_within(&lines.collect(), most, LONG_FILES);
+}
+
+/// The name of the type that a line outside of all braces defines.
+fn defined_type(line: &str) -> Option<&str> {
+    let line = match line.strip_prefix("pub(") {
+        Some(rest) => rest.split_once(") ")?.1,
+        None => line.strip_prefix("pub ").unwrap_or(line),
+    };
+    let (kind, rest) = line.split_once(' ')?;
+    let is_type = ["struct", "enum", "trait", "type", "union"].contains(&kind);
+    let end = rest.find(|letter: char| !letter.is_alphanumeric() && letter != '_');
+    is_type.then(|| &rest[..end.unwrap_or(rest.len())])
+}
+
+#[test]
+fn a_name_is_one_type_s() {
+    let mut defined = BTreeMap::new();
+    for (_, text) in workspace() {
+        for name in text.lines().filter_map(defined_type) {
+            *defined.entry(name.to_owned()).or_default() += 1;
+        }
+    }
+    assert!(defined.len() > 400, "{defined:#?}");
+    assert_within(&defined, |_| 1, SHARED_NAMES);
 }

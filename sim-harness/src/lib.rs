@@ -6,7 +6,7 @@
 //! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
 //! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
-//! and written ([`figures`], [`output`]). The law that all of it rests on is fitted to
+//! and written ([`report`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.
 //!
 //! Drives of other robots take another way: a rig file says which sensors sit where
@@ -28,7 +28,6 @@ pub mod drive;
 mod escape;
 pub mod evaluation;
 pub mod faults;
-pub mod figures;
 pub mod geometry;
 pub mod lattice;
 pub mod link;
@@ -37,14 +36,16 @@ pub mod mapping;
 pub mod output;
 pub mod pipeline;
 mod quantity;
+pub mod report;
 pub mod rig;
 pub mod robot;
 mod run;
 pub mod sensors;
+pub mod spool;
 mod survey;
 mod ticks;
 pub mod world;
 
-pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run};
+pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run, run_streamed};
 pub use survey::{Figures, Survey};
-pub use ticks::{TICK_PERIOD_US, with_ticks};
+pub use ticks::{TICK_PERIOD_US, Ticked, with_ticks};

@@ -17,7 +17,8 @@ pub struct RunOutcome {
     pub steps: u32,
     /// How many inputs were refused, by fault in the order of [`Fault::ALL`].
     pub refused: [u64; Fault::ALL.len()],
-    /// Which inputs were refused and why: their numbers from 0, ascending.
+    /// Which inputs were refused and why: their numbers from 0, ascending. Empty for a run
+    /// that is [streamed](run_streamed).
     pub refusals: Vec<(usize, Fault)>,
 }
 
@@ -28,8 +29,7 @@ impl RunOutcome {
         counted.filter(|(_, count)| *count > 0)
     }
 
-    fn count(&mut self, input: usize, fault: Fault) {
-        self.refusals.push((input, fault));
+    fn count(&mut self, fault: Fault) {
         let counters = Fault::ALL.into_iter().zip(&mut self.refused);
         for (_, counter) in counters.filter(|(word, _)| *word == fault) {
             *counter += 1;
@@ -86,7 +86,29 @@ pub fn check(config: &Config) -> Result<(), RunError> {
 pub fn run(
     config: &Config,
     inputs: &[Input],
+    on_event: impl FnMut(&Event),
+) -> Result<RunOutcome, RunError> {
+    let mut refusals = Vec::new();
+    let inputs = inputs.iter().copied();
+    let on_refusal = |input, fault| refusals.push((input, fault));
+    let outcome = run_streamed(config, inputs, on_event, on_refusal)?;
+    Ok(RunOutcome {
+        refusals,
+        ..outcome
+    })
+}
+
+/// As [`run`], for inputs of any number: in bounded memory.
+///
+/// `on_refusal` gets the number of a refused input, from 0, and why it was refused.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_streamed(
+    config: &Config,
+    inputs: impl IntoIterator<Item = Input>,
     mut on_event: impl FnMut(&Event),
+    mut on_refusal: impl FnMut(usize, Fault),
 ) -> Result<RunOutcome, RunError> {
     check(config)?;
     let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
@@ -99,9 +121,10 @@ pub fn run(
     };
     node.handle(&Input::Configure(*config), &mut emit)
         .map_err(RunError::Refused)?;
-    for (index, input) in inputs.iter().enumerate() {
-        if let Err(fault) = node.handle(input, &mut emit) {
-            outcome.count(index, fault);
+    for (index, input) in inputs.into_iter().enumerate() {
+        if let Err(fault) = node.handle(&input, &mut emit) {
+            outcome.count(fault);
+            on_refusal(index, fault);
         }
     }
     outcome.steps = steps;

@@ -11,21 +11,50 @@ pub const TICK_PERIOD_US: u64 = 125_000;
 /// the board's own. The first reading gets a tick; a gap in the readings gets none.
 #[must_use]
 pub fn with_ticks(inputs: &[Input], period_us: u64) -> Vec<Input> {
-    let mut ticked = Vec::with_capacity(inputs.len());
-    let mut due_us = None;
-    for input in inputs {
-        ticked.push(*input);
-        let Input::Proximity { stamp_us, .. } = *input else {
-            continue;
-        };
-        let due = due_us.unwrap_or(stamp_us);
-        if stamp_us >= due {
-            ticked.push(Input::Tick { stamp_us });
-            let periods = ((stamp_us - due) / period_us.max(1)).saturating_add(1);
-            due_us = Some(due.saturating_add(periods.saturating_mul(period_us.max(1))));
+    Ticked::new(inputs.iter().copied(), period_us).collect()
+}
+
+/// The same one after another, for inputs of any number.
+#[derive(Clone, Debug)]
+pub struct Ticked<I> {
+    inputs: I,
+    period_us: u64,
+    due_us: Option<u64>,
+    /// The tick behind the last reading, if it is due.
+    tick: Option<Input>,
+}
+
+impl<I> Ticked<I> {
+    /// Inputs with ticks of a period.
+    #[must_use]
+    pub fn new(inputs: I, period_us: u64) -> Self {
+        Self {
+            inputs,
+            period_us: period_us.max(1),
+            due_us: None,
+            tick: None,
         }
     }
-    ticked
+}
+
+impl<I: Iterator<Item = Input>> Iterator for Ticked<I> {
+    type Item = Input;
+
+    fn next(&mut self) -> Option<Input> {
+        if let Some(tick) = self.tick.take() {
+            return Some(tick);
+        }
+        let input = self.inputs.next()?;
+        if let Input::Proximity { stamp_us, .. } = input {
+            let due = self.due_us.unwrap_or(stamp_us);
+            if stamp_us >= due {
+                self.tick = Some(Input::Tick { stamp_us });
+                let periods = ((stamp_us - due) / self.period_us).saturating_add(1);
+                self.due_us = Some(due.saturating_add(periods.saturating_mul(self.period_us)));
+            }
+        }
+        Some(input)
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! The inverse particle filter: "where are the surfaces?" with the robot in the middle.
 //!
-//! [`InverseParticleFilter::step`] is Algorithm 1 of the paper, one line a stage:
-//! move ([`propagate`](crate::kinematics::InverseMotion)), weigh ([`Scan`]), survive
-//! (`survive`), count ([`Outcome`]), redraw (`redraw`, Algorithm 2). What never
-//! changes during a run is a [`Model`], what changes is a [`ParticleSet`]; each of
-//! the two profiles is a value of [`FilterParameters`].
+//! [`InverseParticleFilter::step`] is Algorithm 1 of the paper: it propagates
+//! (`propagate`), weighs ([`Scan`]), resamples (`resample`), counts ([`Tally`],
+//! [`Outcome`]) and redraws (`redraw`, Algorithm 2). A [`Model`] is constant during a
+//! run; a [`ParticleSet`] changes in every step. Each of the two profiles is a value
+//! of [`FilterParameters`].
 //!
 //! Source key: "the paper" is Korthals, Barther, Schoepping, Herbrechtsmeier,
 //! Rueckert: Occupancy Grid Mapping with Highly Uncertain Range Sensors based on
@@ -14,9 +14,11 @@ mod gating;
 mod model;
 mod parameters;
 mod particles;
+mod propagate;
 mod redraw;
+mod resample;
 mod step;
-mod survive;
+mod tally;
 mod visibility;
 mod weigh;
 
@@ -24,5 +26,6 @@ pub use gating::Outcome;
 pub use model::Model;
 pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, SurvivalRule};
 pub use particles::ParticleSet;
-pub use step::{InverseParticleFilter, Tally};
+pub use step::InverseParticleFilter;
+pub use tally::Tally;
 pub use weigh::{Scan, View};

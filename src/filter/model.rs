@@ -2,6 +2,7 @@
 
 use super::FilterParameters;
 use super::visibility::Visibility;
+use crate::geometry::Point;
 use crate::kinematics::DifferentialDrive;
 use crate::sensor::{Lobe, Mount, Photometry, Ring, SENSORS};
 
@@ -44,5 +45,12 @@ impl Model {
     #[must_use]
     pub fn photometry(&self) -> &Photometry {
         &self.photometry
+    }
+
+    /// Whether a position of the body frame lies outside the local radius.
+    #[inline]
+    pub(super) fn is_outside(&self, position: Point) -> bool {
+        let radius_m = self.parameters.local_radius_m;
+        position.norm_squared() > radius_m * radius_m
     }
 }

@@ -1,5 +1,6 @@
 //! The particle set: eight bytes a particle, structure of arrays, fixed capacity.
 
+use super::View;
 use crate::checksum::Digest;
 use crate::geometry::Point;
 use crate::math;
@@ -7,85 +8,91 @@ use crate::math;
 /// Positions are stored in 1/64 mm: +-512 mm in 16 bits.
 const UNITS_PER_METRE: f32 = 64_000.0;
 
-/// Particle positions in the body frame, with age, weight and view, for up to N.
+/// Up to N particles: positions in the body frame, epochs, weights and flags.
 ///
-/// A value of zeros is the empty set, so a `static` of this type costs no flash. Not
-/// `Clone` and never returned by value at run time: 64 kB do not belong on a stack.
-/// Two bytes each for x, y and weight, one each for life and view.
+/// A value of zeros is the empty set, so a `static` of this type needs no flash. Not
+/// `Clone` and never returned by value at run time, because 64 kB would go over the
+/// stack. Two bytes each for x, y and weight, one each for epoch and flags.
 #[derive(Debug)]
 pub struct ParticleSet<const N: usize> {
     x: [i16; N],
     y: [i16; N],
     weight: [u16; N],
-    life: [u8; N],
-    view: [u8; N],
+    epoch: [u8; N],
+    flags: [u8; N],
 }
 
 impl<const N: usize> ParticleSet<N> {
-    /// How many particles fit.
+    /// The number of slots.
     pub const CAPACITY: usize = N;
 
-    /// The set without a live particle.
+    /// The empty set.
     #[must_use]
     pub const fn new() -> Self {
         Self {
             x: [0; N],
             y: [0; N],
             weight: [0; N],
-            life: [0; N],
-            view: [0; N],
+            epoch: [0; N],
+            flags: [0; N],
         }
     }
 
-    /// Kills every particle.
-    pub(crate) fn clear(&mut self) {
-        self.life.fill(0);
+    /// Removes every particle.
+    pub(super) fn clear(&mut self) {
+        self.epoch.fill(0);
         self.x.fill(0);
         self.y.fill(0);
     }
 
+    /// Those of the first `active` slots that have a particle, in slot order.
+    #[inline]
+    pub(super) fn live_slots(&mut self, active: usize) -> impl Iterator<Item = Slot<'_>> {
+        self.slots(active).filter(Slot::is_live)
+    }
+
     /// The first `active` slots, in slot order.
     #[inline]
-    pub(crate) fn slots(&mut self, active: usize) -> impl Iterator<Item = Slot<'_>> {
+    pub(super) fn slots(&mut self, active: usize) -> impl Iterator<Item = Slot<'_>> {
         self.x
             .iter_mut()
             .zip(self.y.iter_mut())
             .zip(self.weight.iter_mut())
-            .zip(self.life.iter_mut().zip(self.view.iter_mut()))
+            .zip(self.epoch.iter_mut().zip(self.flags.iter_mut()))
             .take(active)
-            .map(|(((x, y), weight), (life, view))| Slot {
+            .map(|(((x, y), weight), (epoch, flags))| Slot {
                 x,
                 y,
                 weight,
-                life,
-                view,
+                epoch,
+                flags,
             })
     }
 
     /// [`Digest`] over the first `active` slots: for each, y in the high and x in the
-    /// low half of a word, then its life.
+    /// low half of a word, then its stored epoch.
     ///
-    /// Equal digests after every step are what "the same bytes" means between a host,
-    /// the flash image and a recording.
+    /// A host, the flash image and a recording compute the same filter exactly when
+    /// their digests are equal after every step.
     #[must_use]
     pub fn digest(&self, active: usize) -> u32 {
         let mut digest = Digest::default();
-        for ((x, y), life) in self.x.iter().zip(&self.y).zip(&self.life).take(active) {
+        for ((x, y), epoch) in self.x.iter().zip(&self.y).zip(&self.epoch).take(active) {
             digest.update(u32::from(*x as u16) | u32::from(*y as u16) << 16);
-            digest.update(u32::from(*life));
+            digest.update(u32::from(*epoch));
         }
         digest.value()
     }
 
-    /// Positions and ages of the live particles among the first `active`, in slot order.
+    /// Positions and epochs of the live particles among the first `active`, in slot order.
     pub fn live(&self, active: usize) -> impl Iterator<Item = (Point, u8)> {
         self.x
             .iter()
             .zip(&self.y)
-            .zip(&self.life)
+            .zip(&self.epoch)
             .take(active)
-            .filter(|(_, life)| **life > 0)
-            .map(|((x, y), life)| (unpack(*x, *y), *life - 1))
+            .filter(|(_, epoch)| **epoch > 0)
+            .map(|((x, y), epoch)| (unpack(*x, *y), *epoch - 1))
     }
 }
 
@@ -111,75 +118,77 @@ fn pack(metres: f32) -> i16 {
     (shifted.min(u32::from(u16::MAX)) as u16).wrapping_sub(ZERO) as i16
 }
 
-/// One particle's place in the set; dead until something is drawn into it.
+/// One slot of the set, with or without a particle.
 #[derive(Debug)]
-pub(crate) struct Slot<'a> {
+pub(super) struct Slot<'a> {
     x: &'a mut i16,
     y: &'a mut i16,
     /// Score in [0, 1] as 0..=65535.
     weight: &'a mut u16,
-    /// 0: dead; otherwise survived steps plus one.
-    life: &'a mut u8,
-    view: &'a mut u8,
+    /// 0: empty; otherwise the survived steps plus one.
+    epoch: &'a mut u8,
+    flags: &'a mut u8,
 }
 
 impl Slot<'_> {
     #[inline]
-    pub(crate) fn is_live(&self) -> bool {
-        *self.life > 0
+    pub(super) fn is_live(&self) -> bool {
+        *self.epoch > 0
     }
 
     #[inline]
-    pub(crate) fn position(&self) -> Point {
+    pub(super) fn position(&self) -> Point {
         unpack(*self.x, *self.y)
     }
 
     /// The position in stored units of 1/64 mm.
     #[inline]
-    pub(crate) fn units(&self) -> (i16, i16) {
+    pub(super) fn units(&self) -> (i16, i16) {
         (*self.x, *self.y)
     }
 
     #[inline]
-    pub(crate) fn place(&mut self, position: Point) {
+    pub(super) fn place(&mut self, position: Point) {
         *self.x = pack(position.x);
         *self.y = pack(position.y);
     }
 
-    /// A new particle: age 0 at the given place.
+    /// Puts a particle of epoch 0 at `position` into the slot.
     #[inline]
-    pub(crate) fn draw(&mut self, position: Point) {
+    pub(super) fn fill(&mut self, position: Point) {
         self.place(position);
-        *self.life = 1;
+        *self.epoch = 1;
+    }
+
+    /// Removes the particle; its position and flags stay readable until the next one.
+    #[inline]
+    pub(super) fn clear(&mut self) {
+        *self.epoch = 0;
+    }
+
+    /// Counts one more survived step and returns the new epoch, which stops at 255.
+    #[inline]
+    pub(super) fn advance_epoch(&mut self) -> u8 {
+        let epoch = *self.epoch;
+        *self.epoch = epoch.saturating_add(1);
+        epoch
     }
 
     #[inline]
-    pub(crate) fn kill(&mut self) {
-        *self.life = 0;
-    }
-
-    /// One more step survived; the new age, which stops at 254.
-    #[inline]
-    pub(crate) fn grow_older(&mut self) -> u8 {
-        let age = *self.life;
-        *self.life = age.saturating_add(1);
-        age
-    }
-
-    #[inline]
-    pub(crate) fn weight(&self) -> u16 {
+    pub(super) fn weight(&self) -> u16 {
         *self.weight
     }
 
     #[inline]
-    pub(crate) fn set_weight(&mut self, weight: u16, view: u8) {
-        *self.weight = weight;
-        *self.view = view;
+    pub(super) fn set_evaluation(&mut self, evaluation: &View) {
+        *self.weight = evaluation.packed_weight();
+        *self.flags = evaluation.flags();
     }
 
+    /// What the sensors saw of the particle's position, see [`View::flags`].
     #[inline]
-    pub(crate) fn view(&self) -> u8 {
-        *self.view
+    pub(super) fn flags(&self) -> u8 {
+        *self.flags
     }
 }
 
@@ -191,6 +200,12 @@ mod tests {
     use crate::geometry::Motion;
     use crate::random::{Generator, uniform_below};
     use crate::sensor::Sample;
+
+    const SEEN: View = View {
+        weight: 0.5,
+        in_view: true,
+        seen_past: false,
+    };
 
     #[test]
     fn a_particle_takes_eight_bytes() {
@@ -207,7 +222,7 @@ mod tests {
             (-0.000_008, 0.000_007),
         ] {
             let mut slot = set.slots(1).next().unwrap();
-            slot.draw(Point::new(x, y));
+            slot.fill(Point::new(x, y));
             let error = slot.position() - Point::new(x, y);
             assert!(error.x.abs() <= 0.5e-3 / 64.0 + 1e-8, "x = {x}");
             assert!(error.y.abs() <= 0.5e-3 / 64.0 + 1e-8, "y = {y}");
@@ -218,7 +233,7 @@ mod tests {
     fn places_beyond_the_format_stop_at_its_edge() {
         let mut set = ParticleSet::<1>::new();
         let mut slot = set.slots(1).next().unwrap();
-        slot.draw(Point::new(9.0, f32::NEG_INFINITY));
+        slot.fill(Point::new(9.0, f32::NEG_INFINITY));
         assert_eq!(slot.units(), (i16::MAX, i16::MIN));
     }
 
@@ -226,9 +241,9 @@ mod tests {
     fn digest_sees_every_stored_value_but_the_weight() {
         let mut set = ParticleSet::<2>::new();
         let empty = set.digest(2);
-        set.slots(2).for_each(|mut slot| slot.set_weight(7, 1));
+        set.slots(2).for_each(|mut slot| slot.set_evaluation(&SEEN));
         assert_eq!(set.digest(2), empty);
-        set.slots(2).last().unwrap().draw(Point::new(0.0, 0.0));
+        set.slots(2).last().unwrap().fill(Point::new(0.0, 0.0));
         let drawn = set.digest(2);
         assert_ne!(drawn, empty);
         set.slots(2).last().unwrap().place(Point::new(0.0, 0.001));
@@ -243,8 +258,8 @@ mod tests {
             0 | 1 => set.x[slot] ^= 1 << bit,
             2 | 3 => set.y[slot] ^= 1 << bit,
             4 | 5 => set.weight[slot] ^= 1 << bit,
-            6 => set.life[slot] ^= 1 << (bit % 8),
-            _ => set.view[slot] ^= 1 << (bit % 8),
+            6 => set.epoch[slot] ^= 1 << (bit % 8),
+            _ => set.flags[slot] ^= 1 << (bit % 8),
         }
     }
 
@@ -266,13 +281,13 @@ mod tests {
             for step in 0..1000 {
                 let mut filter = InverseParticleFilter::over(&mut set, N, step);
                 let tally = filter.step(&model, &motion, &readings, |_, _| ());
-                let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.behind;
+                let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.unobserved;
                 assert_eq!(outcomes, tally.live, "step {step}");
                 assert!(tally.live + tally.departed <= N as u32, "step {step}");
                 // One that was just drawn may lie beyond: it departs in the next step.
                 let farthest = filter
                     .live()
-                    .filter(|(_, age)| *age > 0)
+                    .filter(|(_, epoch)| *epoch > 0)
                     .map(|(place, _)| place.norm())
                     .fold(0.0, f32::max);
                 // Half a unit of storage each way.
@@ -284,13 +299,13 @@ mod tests {
     }
 
     #[test]
-    fn age_stops_before_it_wraps() {
+    fn epoch_stops_before_it_wraps() {
         let mut set = ParticleSet::<1>::new();
         let mut slot = set.slots(1).next().unwrap();
-        slot.draw(Point::new(0.1, 0.0));
-        let ages: Vec<u8> = (0..300).map(|_| slot.grow_older()).collect();
-        assert_eq!(&ages[..3], &[1, 2, 3]);
-        assert_eq!(ages[299], 255);
+        slot.fill(Point::new(0.1, 0.0));
+        let epochs: Vec<u8> = (0..300).map(|_| slot.advance_epoch()).collect();
+        assert_eq!(&epochs[..3], &[1, 2, 3]);
+        assert_eq!(epochs[299], 255);
         assert!(slot.is_live());
     }
 }

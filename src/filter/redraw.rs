@@ -1,41 +1,59 @@
-//! Redrawing: a new guess from the current readings (Algorithm 2).
+//! Redrawing: a new particle from the current readings (Algorithm 2).
 
 use rand_core::Rng;
 
+use super::particles::Slot;
+use super::weigh::Beam;
 use super::{Model, NothingDraw, Scan};
 use crate::geometry::Point;
 use crate::math;
 use crate::random::{standard_normal_pair, uniform, uniform_below};
 
-/// A place drawn from the inverse model of one of the usable sensors.
+/// A position drawn from the inverse model of one of the usable sensors.
 ///
-/// Sensor and bearing are uniform, the range is normal about the reading's arc with
-/// the sensor's own noise; the model error has no place here, because it would put
-/// new particles inside walls. An empty lobe is searched by
-/// [`NothingDraw`]. `None` when no sensor is usable.
+/// Sensor and bearing are uniform. The range is normal about the reading's arc with
+/// the sensor's own noise; the model error is left out, because it would put new
+/// particles inside walls. An empty lobe is searched as [`NothingDraw`] says. `None`
+/// when no sensor is usable.
 ///
 /// Corrected against the print: the bearing comes from +-theta_max, not +-90 degrees,
 /// where the law has no solution beyond 72.8; the mean of the range is x(s_n, phi), a
-/// length, not s_n, a count; the sensor's mount, missing in print, takes the place
-/// into the body frame.
+/// length, not s_n, a count; the sensor's mount, missing in print, transforms the
+/// position into the body frame.
 #[inline]
-pub(crate) fn redraw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<Point> {
+fn draw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<Point> {
     let beams = scan.usable();
-    let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
-    let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
+    let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?; // 1: n ~ U(1, N)
+    let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0); // 2: phi ~ U
     let (sine, cosine) = math::sin_cos(bearing);
-    let echo = beam.echo;
-    let on_axis = if beam.surface || model.parameters.nothing_draw == NothingDraw::AtLimit {
-        echo.range_m + echo.sigma_m * standard_normal_pair(rng).0
-    } else {
-        echo.range_m * math::sqrt(uniform(rng))
-    };
-    let on_axis = if on_axis > 0.0 { on_axis } else { 0.0 };
-    let range = on_axis * model.lobe.at(cosine);
-    Some(
-        beam.mount
-            .body_from_sensor(Point::new(range * cosine, range * sine)),
-    )
+    let range = beam.draw_range_on_axis(model, rng) * model.lobe.at(cosine); // 3: r ~ N(x, sigma)
+    let in_sensor = Point::new(range * cosine, range * sine);
+    Some(beam.mount.body_from_sensor(in_sensor)) // 4: k
+}
+
+impl Beam {
+    /// A range on the axis: normal about the reading, or the search of an empty lobe.
+    #[inline]
+    fn draw_range_on_axis(&self, model: &Model, rng: &mut impl Rng) -> f32 {
+        let echo = self.echo;
+        let range_m = if self.surface || model.parameters.nothing_draw == NothingDraw::AtLimit {
+            echo.range_m + echo.sigma_m * standard_normal_pair(rng).0
+        } else {
+            echo.range_m * math::sqrt(uniform(rng))
+        };
+        if range_m > 0.0 { range_m } else { 0.0 }
+    }
+}
+
+impl Slot<'_> {
+    /// Puts a new particle of epoch 0 into the slot; none when no sensor is usable.
+    #[inline]
+    pub(super) fn redraw(&mut self, model: &Model, scan: &Scan, rng: &mut impl Rng) {
+        match draw(model, scan, rng) {
+            Some(position) => self.fill(position),
+            None => self.clear(),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -59,7 +77,7 @@ mod tests {
         let scan = Scan::new(model, &samples.map(|sample| model.photometry.read(sample)));
         let mut rng = Generator::seeded(seed);
         (0..count)
-            .filter_map(|_| redraw(model, &scan, &mut rng))
+            .filter_map(|_| draw(model, &scan, &mut rng))
             .collect()
     }
 
@@ -182,6 +200,6 @@ mod tests {
     fn without_a_usable_sensor_nothing_is_drawn() {
         let model = model(FilterParameters::PAPER);
         let scan = Scan::new(&model, &[Reading::Faulty; SENSORS]);
-        assert_eq!(redraw(&model, &scan, &mut Generator::seeded(1)), None);
+        assert_eq!(draw(&model, &scan, &mut Generator::seeded(1)), None);
     }
 }

@@ -1,40 +1,17 @@
-//! One step of the filter: Algorithm 1, one line a stage.
+//! One step of the filter: Algorithm 1, line by line.
 
-use super::redraw::redraw;
-use super::survive::Survival;
+use super::propagate::InverseKinematics;
+use super::resample::Resampler;
+use super::tally::Tally;
 use super::{Model, Outcome, ParticleSet, Scan};
 use crate::geometry::{Motion, Point};
-use crate::kinematics::{InverseMotion, TravelNoise, WheelTravel};
-use crate::random::{Generator, standard_normal_pair};
+use crate::random::Generator;
 use crate::sensor::{Reading, SENSORS};
-
-/// What a step did, in numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Tally {
-    /// Particles that were weighed; every one has exactly one outcome.
-    pub live: u32,
-    /// Outcomes "survived past the gate".
-    pub past_gate: u32,
-    /// Outcomes "survived below the gate".
-    pub below_gate: u32,
-    /// Outcomes "rejected, free".
-    pub free: u32,
-    /// Outcomes "rejected behind the arc or out of view".
-    pub behind: u32,
-    /// Particles that left the local radius: dead, no outcome.
-    pub departed: u32,
-    /// Sum of the weights, 65535 for 1. Zero with live particles is the degenerate
-    /// set: nobody survives, everything is redrawn.
-    pub weight_sum: u32,
-    /// The particle past the gate that is nearest to the robot's centre, body frame.
-    pub nearest: Option<Point>,
-}
 
 /// The inverse particle filter over a borrowed particle set.
 ///
-/// The set is borrowed so that 64 kB can live wherever the owner has room: in a
-/// `static` on the board, in a box on a host.
+/// The owner decides where the 64 kB of the set are stored: in a `static` on the
+/// board, in a box on a host.
 #[derive(Debug)]
 pub struct InverseParticleFilter<'a, const N: usize> {
     particles: &'a mut ParticleSet<N>,
@@ -43,9 +20,9 @@ pub struct InverseParticleFilter<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> InverseParticleFilter<'a, N> {
-    /// A filter over the first `active` slots of `particles`, all of them dead.
+    /// A filter over the first `active` slots of `particles`, all of them empty.
     ///
-    /// The first step draws them. More slots than the set has mean all it has.
+    /// The first step draws the particles. An `active` above N means N.
     pub fn new(particles: &'a mut ParticleSet<N>, active: usize, seed: u64) -> Self {
         particles.clear();
         Self {
@@ -55,7 +32,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         }
     }
 
-    /// A filter that goes on with whatever is in the set.
+    /// A filter that continues with the particles that the set has.
     #[cfg(test)]
     pub(super) fn over(particles: &'a mut ParticleSet<N>, active: usize, seed: u64) -> Self {
         Self {
@@ -65,19 +42,19 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         }
     }
 
-    /// Starts over with another number of slots and another seed.
+    /// Clears the set and starts again with `active` slots and a seed.
     pub fn restart(&mut self, active: usize, seed: u64) {
         self.particles.clear();
         self.active = active.min(N);
         self.rng = Generator::seeded(seed);
     }
 
-    /// Goes on with the first `active` slots, if that is fewer; the others die.
+    /// Lowers the number of active slots; a higher number changes nothing.
     pub fn limit(&mut self, active: usize) {
         self.active = active.min(self.active);
     }
 
-    /// Forgets every particle; the next step draws them anew. The generator goes on.
+    /// Removes every particle; the next step draws new ones. The generator continues.
     pub fn forget(&mut self) {
         self.particles.clear();
     }
@@ -88,20 +65,25 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.particles.digest(self.active)
     }
 
-    /// Positions and ages of the live particles, in slot order.
+    /// Positions and epochs of the live particles, in slot order.
     pub fn live(&self) -> impl Iterator<Item = (Point, u8)> {
         self.particles.live(self.active)
     }
 
-    /// Moves, weighs, decides, counts and redraws every particle (Algorithm 1).
+    /// Propagates, weighs, resamples, counts and redraws the particles (Algorithm 1).
     ///
-    /// `motion` is all the body did since the last step, turns in place included;
-    /// `readings` are one per sensor. `report` gets the outcome of every live
-    /// particle, in slot order, with its place after the motion in units of 1/64 mm
-    /// in the body frame. A particle is not reported in the step that draws it.
+    /// `motion` is the whole motion of the body since the last step, turns in place
+    /// included; `readings` has one reading per sensor. `report` receives the outcome
+    /// of every live particle, in slot order, with its position after the motion in
+    /// units of 1/64 mm in the body frame. A particle is not reported in the step that
+    /// draws it.
     ///
-    /// Never fails: a useless reading is left out, a set that nobody supports is
-    /// redrawn ([`Tally::weight_sum`]). O(N): about 500 instructions a particle.
+    /// Weighing uses the position before it is rounded to the set's units. A particle
+    /// outside the local radius is removed and has no outcome.
+    ///
+    /// The step does not fail: an unusable reading has no beam, and a set without any
+    /// weight is redrawn ([`Tally::weight_sum`]). O(N): about 500 instructions per
+    /// particle.
     pub fn step(
         &mut self,
         model: &Model,
@@ -110,92 +92,31 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         mut report: impl FnMut((i16, i16), Outcome),
     ) -> Tally {
         let scan = Scan::new(model, readings);
-        let mut tally = self.propagate_and_weigh(model, motion, &scan);
-        let parameters = &model.parameters;
-        let (live, weight_sum) = (tally.live, tally.weight_sum);
-        let mut survival = Survival::new(parameters.survival, weight_sum, live, &mut self.rng);
-        for mut slot in self.particles.slots(self.active) {
-            if slot.is_live() {
-                let survives = survival.survives(slot.weight(), &mut self.rng);
-                let outcome = if survives {
-                    Outcome::of_survivor(parameters, slot.grow_older())
-                } else {
-                    Outcome::of_rejected(parameters, slot.view())
-                };
-                report(slot.units(), outcome);
-                tally.count(outcome, slot.position());
-                if survives {
-                    continue;
-                }
-            }
-            match redraw(model, &scan, &mut self.rng) {
-                Some(place) => slot.draw(place),
-                None => slot.kill(),
-            }
-        }
-        tally
-    }
-
-    /// Lines 1 to 4: k ~ p(k | k', u), the exact inverse motion plus the wheels' noise,
-    /// and w = p(z | k) at the new place.
-    ///
-    /// Kills what leaves the local radius. Returns how many departed, how many live,
-    /// and the sum of their weights, which stays below 2^32 up to 65 537 particles.
-    fn propagate_and_weigh(&mut self, model: &Model, motion: &Motion, scan: &Scan) -> Tally {
-        let inverse = InverseMotion::of(motion);
-        let travel = model.drive.travel_of_motion(motion);
-        let share = model.parameters.wheel_noise;
-        let sigma = WheelTravel {
-            left_m: share * travel.left_m.abs(),
-            right_m: share * travel.right_m.abs(),
-        };
-        let noise = TravelNoise::new(&model.drive, sigma);
-        let radius = model.parameters.local_radius_m;
+        let kinematics = InverseKinematics::new(model, motion);
         let mut tally = Tally::default();
-        for mut slot in self.particles.slots(self.active) {
-            if !slot.is_live() {
-                continue;
-            }
-            let moved = inverse.apply(slot.position());
-            let place = noise.displace(moved, standard_normal_pair(&mut self.rng));
-            if place.norm_squared() > radius * radius {
-                slot.kill();
+        for mut particle in self.particles.live_slots(self.active) {
+            let position = kinematics.sample(particle.position(), &mut self.rng); // 2: k ~ p(k | k', u)
+            if model.is_outside(position) {
+                particle.clear();
                 tally.departed += 1;
                 continue;
             }
-            slot.place(place);
-            let view = scan.weigh(model, place);
-            slot.set_weight(view.packed_weight(), view.flags());
-            tally.live += 1;
-            tally.weight_sum = tally.weight_sum.saturating_add(u32::from(slot.weight()));
+            particle.place(position);
+            particle.set_evaluation(&scan.weigh(model, position)); // 3: w = p(z | k)
+            tally.add_weight(particle.weight()); // 4
+        }
+        let mut resampler = Resampler::new(&model.parameters, &tally, &mut self.rng); // 5 to 7
+        for mut particle in self.particles.slots(self.active) {
+            if particle.is_live() {
+                let outcome = resampler.resample(&mut particle, &mut self.rng); // 9, 10
+                tally.count(outcome, particle.position()); // equation 3
+                report(particle.units(), outcome);
+            }
+            if !particle.is_live() {
+                particle.redraw(model, &scan, &mut self.rng); // Algorithm 2
+            }
         }
         tally
-    }
-}
-
-impl Tally {
-    #[inline]
-    fn count(&mut self, outcome: Outcome, place: Point) {
-        match outcome {
-            Outcome::SurvivedPastGate => {
-                self.past_gate += 1;
-                let nearer = self
-                    .nearest
-                    .is_none_or(|nearest| place.norm_squared() < nearest.norm_squared());
-                if nearer {
-                    self.nearest = Some(place);
-                }
-            }
-            Outcome::SurvivedBelowGate => self.below_gate += 1,
-            Outcome::RejectedFree => self.free += 1,
-            Outcome::RejectedBehind => self.behind += 1,
-        }
-    }
-
-    /// Particles that survived the step.
-    #[must_use]
-    pub fn survived(&self) -> u32 {
-        self.past_gate + self.below_gate
     }
 }
 
@@ -230,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn first_step_draws_everybody_and_counts_nobody() {
+    fn first_step_draws_all_particles_and_counts_none() {
         for profile in [Profile::Paper, Profile::Plus] {
             let mut set = ParticleSet::<N>::new();
             let mut filter = InverseParticleFilter::new(&mut set, N, 1);
@@ -239,12 +160,12 @@ mod tests {
             let tally = filter.step(&model, &Motion::NONE, &readings(78), |_, _| reported += 1);
             assert_eq!((reported, tally), (0, Tally::default()), "{profile:?}");
             assert_eq!(filter.live().count(), N);
-            assert!(filter.live().all(|(_, age)| age == 0));
+            assert!(filter.live().all(|(_, epoch)| epoch == 0));
         }
     }
 
     #[test]
-    fn every_live_particle_has_one_outcome_and_only_survivors_age() {
+    fn every_live_particle_has_one_outcome_and_only_survivors_advance_an_epoch() {
         for profile in [Profile::Paper, Profile::Plus] {
             let mut set = ParticleSet::<N>::new();
             let mut filter = InverseParticleFilter::new(&mut set, N, 2);
@@ -252,15 +173,15 @@ mod tests {
             filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
             let mut reported = 0;
             let tally = filter.step(&model, &forward(0.01), &readings(78), |_, _| reported += 1);
-            let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.behind;
+            let outcomes = tally.past_gate + tally.below_gate + tally.free + tally.unobserved;
             assert_eq!(
                 (outcomes, reported),
                 (tally.live, tally.live),
                 "{profile:?}"
             );
             assert_eq!(tally.live + tally.departed, N as u32, "{profile:?}");
-            let aged = filter.live().filter(|(_, age)| *age == 1).count();
-            let young = filter.live().filter(|(_, age)| *age == 0).count();
+            let aged = filter.live().filter(|(_, epoch)| *epoch == 1).count();
+            let young = filter.live().filter(|(_, epoch)| *epoch == 0).count();
             assert_eq!(aged as u32, tally.survived(), "{profile:?}");
             assert_eq!(aged + young, N, "{profile:?}");
         }
@@ -289,7 +210,7 @@ mod tests {
                 assert_eq!((tally.survived(), tally.weight_sum), (0, 0), "{profile:?}");
                 assert!(tally.free > 0, "{profile:?}");
             }
-            assert!(filter.live().all(|(_, age)| age == 0));
+            assert!(filter.live().all(|(_, epoch)| epoch == 0));
         }
     }
 
@@ -301,7 +222,7 @@ mod tests {
         filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
         let dead = [Reading::Faulty; SENSORS];
         let tally = filter.step(&model, &forward(0.01), &dead, |_, _| {});
-        assert_eq!((tally.behind, tally.free), (tally.live, 0));
+        assert_eq!((tally.unobserved, tally.free), (tally.live, 0));
         assert_eq!(filter.live().count(), 0);
         let tally = filter.step(&model, &forward(0.01), &dead, |_, _| {});
         assert_eq!(tally, Tally::default());
@@ -350,7 +271,7 @@ mod tests {
         });
         for (x, departed) in [(0.5, 0), (0.500_02, 1)] {
             set.slots(1)
-                .for_each(|mut slot| slot.draw(Point::new(x, 0.0)));
+                .for_each(|mut slot| slot.fill(Point::new(x, 0.0)));
             let mut filter = InverseParticleFilter::over(&mut set, 1, 1);
             let tally = filter.step(&model, &Motion::NONE, &readings(78), |_, _| {});
             assert_eq!(tally.departed, departed, "{x} m");
@@ -389,7 +310,7 @@ mod tests {
         let model = model(FilterParameters::PLUS);
         let tally = filter.step(&model, &Motion::NONE, &readings(60), |_, _| {});
         assert_eq!(tally, Tally::default());
-        assert!(filter.live().all(|(_, age)| age == 0));
+        assert!(filter.live().all(|(_, epoch)| epoch == 0));
         assert_eq!(filter.live().count(), N);
         filter.forget();
         assert_ne!(after_three_steps(&mut filter), first);

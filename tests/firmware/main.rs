@@ -1,9 +1,9 @@
-//! The flash image: what it is built from, what is flashed, what reading the robot costs.
+//! The flash image: what it is built from, what reading the robot costs.
 
 #[path = "../common/mod.rs"]
 mod common;
 
+mod budget;
 mod build_id;
 mod hardware;
-mod image;
 mod sampling;

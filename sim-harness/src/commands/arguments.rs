@@ -1,9 +1,7 @@
 //! Values of the command line that several commands take.
 
-use std::fmt::Display;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use sim_harness::output;
@@ -24,27 +22,8 @@ pub(super) fn path() -> impl TypedValueParser<Value = PathBuf> {
 
 /// A seed of random numbers.
 pub(super) fn seed(text: &str) -> Result<u64, String> {
-    number_in(text, 0..=u64::MAX, "a whole number")
-}
-
-/// A share of a whole.
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    number_in(text, 0.0..=1.0, "a number")
-}
-
-fn number_in<T>(text: &str, range: RangeInclusive<T>, what: &str) -> Result<T, String>
-where
-    T: Display + FromStr + PartialOrd,
-{
-    // NaN lies in no range.
-    let number = text.parse().ok().filter(|number| range.contains(number));
-    number.ok_or_else(|| {
-        format!(
-            "{what} from {} to {} is expected",
-            range.start(),
-            range.end()
-        )
-    })
+    let refused = |_| format!("a whole number from 0 to {} is expected", u64::MAX);
+    text.parse().map_err(refused)
 }
 
 /// Seeds from `A..B`, B excluded.

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::calibration::{Fixed, Table, fit};
-use sim_harness::console;
-use sim_harness::figures::fit_picture;
-use sim_harness::output;
+use sim_harness::report::fit_chart;
+use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
 
@@ -41,7 +40,7 @@ impl Calibrate {
         let json = serde_json::to_string_pretty(&fit)?;
         if let Some(folder) = &self.out {
             output::create_folder(folder)?;
-            fit_picture(&fit).save_png(&folder.join("fit.png"))?;
+            fit_chart(&fit).save_png(&folder.join("fit.png"))?;
             output::write(&folder.join("fit.csv"), fit.csv().as_bytes())?;
             output::write(
                 &folder.join("photometry.json"),

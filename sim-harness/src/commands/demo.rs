@@ -5,17 +5,14 @@ use std::path::PathBuf;
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use clap::Args;
-use sim_harness::console;
 use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
-use sim_harness::figures::{Picture, Window, beside};
 use sim_harness::mapping::{AllFreeMapper, Mapper};
-use sim_harness::output;
+use sim_harness::report::{CellWindow, Picture, beside};
 use sim_harness::world::{Scenario, simulate};
-use sim_harness::{Survey, run};
+use sim_harness::{Survey, console, output, run};
 
 use super::footprint::FootprintSwitch;
-use super::{Ending, Outcome};
-use super::{arguments, report};
+use super::{Ending, Outcome, arguments, report};
 
 /// The drive-by, in the program itself: the demo needs no file.
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
@@ -55,8 +52,8 @@ impl Demo {
         // One window for both, so that the pictures lie side by side at one scale.
         let window = surveys
             .iter()
-            .filter_map(|(_, survey)| Window::known(&survey.map()))
-            .reduce(Window::joined);
+            .filter_map(|(_, survey)| CellWindow::known(&survey.map()))
+            .reduce(CellWindow::joined);
         let mut pictures: Vec<Picture> = Vec::new();
         for (name, survey) in &surveys {
             let picture = report::picture(survey, name, Some(&scenario), window);

@@ -12,20 +12,13 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{Photometry, Sample};
 use clap::Args;
-use sim_harness::console;
-use sim_harness::evaluation::recorded::recorded_walls;
-use sim_harness::evaluation::{
-    Claim, Comparison, Over, STANDARD, Trial, Verdict, json, paper_claims, standard, thresholds,
-};
+use sim_harness::evaluation::{Claim, Claims, Comparison, Over, Trial, Verdict, json};
 use sim_harness::mapping::Method;
-use sim_harness::output;
-use sim_harness::robot::{SensorFaultTrials, StampTrials};
-use sim_harness::world::{Odometry, Options, Physics, Scenario, simulate_with};
-use sim_harness::{RunError, check};
+use sim_harness::world::{Odometry, Options, Physics, STANDARD, Scenario, simulate_with, standard};
+use sim_harness::{RunError, check, console, output};
 
 use super::footprint::FootprintSwitch;
-use super::{Ending, Outcome, arguments};
-use super::{evaluate_report, evaluate_robot};
+use super::{Ending, Outcome, arguments, evaluate_report};
 
 /// Fewest seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
@@ -43,10 +36,7 @@ pub(super) struct Evaluate {
         long,
         value_name = "METHODS",
         value_delimiter = ',',
-        default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
-                         ism-standard-object,ism-tuned-dropped,ism-tuned-object,\
-                         all-free",
-        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+        default_values_t = Method::ALL
     )]
     methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
@@ -55,45 +45,25 @@ pub(super) struct Evaluate {
         value_name = "A..B",
         default_value = "100..120",
         value_parser = arguments::seeds,
-        allow_hyphen_values = true,
-        conflicts_with = "recordings"
+        allow_hyphen_values = true
     )]
     seeds: Range<u64>,
     /// Particles for each sensor in use.
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1000,
-        conflicts_with_all = ["recordings", "stamps"]
-    )]
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     particles: u16,
     /// How returns make a signal: matched (the strongest one, by the filter's own law)
     /// or patch (all that is seen, by Lambert's law).
-    #[arg(
-        long,
-        default_value_t,
-        value_name = "PHYSICS",
-        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
-    )]
+    #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
     /// What the robot is told of its motion: truth, wheel-errors, or amiro (as on its
     /// bus, held against exact poses and against no prediction).
-    #[arg(
-        long,
-        default_value_t,
-        value_name = "ODOMETRY",
-        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
-    )]
+    #[arg(long, default_value_t, value_name = "ODOMETRY")]
     odometry: Odometry,
     /// Gain that filters and ISM believe in, counts m^2.
-    #[arg(
-        long,
-        value_name = "A",
-        conflicts_with_all = ["calibrate", "recordings", "sensor_faults", "stamps"]
-    )]
+    #[arg(long, value_name = "A", conflicts_with = "calibrate")]
     alpha: Option<f32>,
     /// Believe in the gain of a block's long side at 100 mm under the chosen physics.
-    #[arg(long, conflicts_with_all = ["recordings", "sensor_faults", "stamps"])]
+    #[arg(long)]
     calibrate: bool,
     /// Whether cells of every map whose centre has been under the robot's hull are free;
     /// not so in the paper.
@@ -101,8 +71,7 @@ pub(super) struct Evaluate {
         long,
         value_enum,
         default_value_t = FootprintSwitch::Off,
-        value_name = "on|off",
-        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+        value_name = "on|off"
     )]
     footprint: FootprintSwitch,
     /// Threads; 0 for one per processor. The figures do not depend on it.
@@ -110,33 +79,9 @@ pub(super) struct Evaluate {
         long,
         value_name = "N",
         default_value_t = 0,
-        value_parser = clap::value_parser!(u16).range(0..=MAX_THREADS),
-        conflicts_with_all = ["recordings", "sensor_faults", "stamps"]
+        value_parser = clap::value_parser!(u16).range(0..=MAX_THREADS)
     )]
     threads: u16,
-    /// Judge recorded drives along walls of known place instead: the folder of the
-    /// AMiRo's stepped series.
-    #[arg(long, value_name = "DIR", value_parser = arguments::path(), conflicts_with_all = ["scenario", "check"])]
-    recordings: Option<PathBuf>,
-    /// Judge what a broken sensor costs a simulated robot instead: in the scenarios of
-    /// several sensors, exit code 1 if too much.
-    #[arg(long, conflicts_with_all = ["recordings", "check", "json", "stamps"])]
-    sensor_faults: bool,
-    /// When the sensor breaks, as a share of the drive's time; the middle of the mazes'
-    /// drives lies in a turn in place.
-    #[arg(
-        long,
-        value_name = "SHARE",
-        default_value_t = 0.5,
-        value_parser = arguments::share,
-        requires = "sensor_faults",
-        conflicts_with_all = ["recordings", "stamps"]
-    )]
-    breaks_at: f64,
-    /// Print what it costs a simulated robot that its odometry's frames do not say when
-    /// their pose was reckoned, in the scenarios of several sensors.
-    #[arg(long, conflicts_with_all = ["recordings", "check", "json"])]
-    stamps: bool,
     /// Where the figures of every drive go.
     #[arg(long, value_name = "FILE", value_parser = arguments::path())]
     json: Option<PathBuf>,
@@ -153,32 +98,29 @@ impl Evaluate {
             let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
             output::check(slice::from_ref(json), &scenarios)?;
         }
-        if let Some(folder) = &self.recordings {
-            return self.judge_recordings(folder);
-        }
-        if self.sensor_faults || self.stamps {
-            return self.judge_robot();
-        }
         let begun = Instant::now();
         let comparison = self.comparison()?;
         let trials = comparison.run()?;
-        let claims = verdicts(&paper_claims(), &trials);
-        let bounds = verdicts(&self.bounds(), &trials);
+        let claims = Claims::built_in()?;
+        let paper = verdicts(&claims.paper, &trials);
+        let thresholds = claims.thresholds.iter();
+        let thresholds = verdicts(thresholds.filter(|claim| self.applies(claim)), &trials);
         if let Some(path) = &self.json {
             output::write(path, json(&trials)?.as_bytes())?;
         }
         evaluate_report::world(&comparison);
         evaluate_report::tables(&comparison, &trials);
         evaluate_report::paired(&comparison, &trials);
-        evaluate_report::verdicts("Claims of the paper", &claims);
-        evaluate_report::verdicts("Thresholds", &bounds);
+        evaluate_report::verdicts("Claims of the paper", &paper);
+        evaluate_report::verdicts("Thresholds", &thresholds);
         if self.seeds.end - self.seeds.start < ENOUGH_SEEDS {
             console::print(format_args!(
                 "Thresholds are made for means over {ENOUGH_SEEDS} seeds or more."
             ));
         }
         evaluate_report::not_reproduced(&trials);
-        let is_odometry_good = self.judge_odometry(&comparison, &trials)?;
+        let loss_at_most = claims.odometry_loss_at_most;
+        let is_odometry_good = self.judge_odometry(&comparison, &trials, loss_at_most)?;
         console::print(format_args!(
             "{} drives, {} maps, {:.1} s",
             comparison.scenarios.len() as u64 * (self.seeds.end - self.seeds.start),
@@ -188,7 +130,7 @@ impl Evaluate {
         if !self.check {
             return Ok(Ending::Good);
         }
-        let mut judged = claims.iter().chain(&bounds).peekable();
+        let mut judged = paper.iter().chain(&thresholds).peekable();
         if judged.peek().is_none() {
             return Err("--check, but no claim is about these scenarios and methods".into());
         }
@@ -199,51 +141,11 @@ impl Evaluate {
         })
     }
 
-    /// The stepped series beside walls whose place is known.
-    fn judge_recordings(&self, folder: &Path) -> Outcome {
-        let report = recorded_walls(folder)?;
-        if let Some(path) = &self.json {
-            let mut json = serde_json::to_string_pretty(&report)?;
-            json.push('\n');
-            output::write(path, json.as_bytes())?;
-        }
-        console::print_text(report);
-        Ok(Ending::Good)
-    }
-
-    /// A simulated robot, by the seeds that were asked for.
-    fn judge_robot(&self) -> Outcome {
-        let mut scenarios = self.scenarios()?;
-        let has_one_sensor = |scenario: &Scenario| scenario.ring().1.len() < 2;
-        if let Some(scenario) = scenarios.iter().find(|scenario| has_one_sensor(scenario))
-            && !self.scenario.is_empty()
-        {
-            let name = &scenario.name;
-            return Err(format!("--scenario {name}: of a robot with one sensor").into());
-        }
-        scenarios.retain(|scenario| !has_one_sensor(scenario));
-        arguments::check_drives(scenarios.len(), &self.seeds)?;
-        self.check_configs(&scenarios, None)?;
-        let seeds = self.seeds.clone();
-        if self.stamps {
-            return evaluate_robot::stamps(&StampTrials { scenarios, seeds });
-        }
-        evaluate_robot::sensor_faults(&SensorFaultTrials {
-            scenarios,
-            seeds,
-            breaks_at: self.breaks_at,
-            particles_per_sensor: self.particles,
-        })
-    }
-
-    /// The thresholds that can be asked for: absolute ones hold for the matched sensor
-    /// and exact poses, ratios between methods for every world.
-    fn bounds(&self) -> Vec<Claim> {
+    /// Whether a threshold is for the world that was asked for: ratios between methods
+    /// are for every world, the others for the matched sensor and exact poses.
+    fn applies(&self, threshold: &Claim) -> bool {
         let is_reference = self.physics == Physics::Matched && self.odometry == Odometry::Truth;
-        let is_ratio = |claim: &Claim| matches!(claim.over, Over::MeanShareOf(_));
-        let all = thresholds().into_iter();
-        all.filter(|claim| is_reference || is_ratio(claim))
-            .collect()
+        is_reference || matches!(threshold.over, Over::MeanShareOf(_))
     }
 
     /// The AMiRo's odometry against exact poses and against no prediction, where it was
@@ -252,6 +154,7 @@ impl Evaluate {
         &self,
         comparison: &Comparison,
         trials: &[Trial],
+        loss_at_most: f64,
     ) -> Result<bool, Box<dyn Error>> {
         if self.odometry != Odometry::Amiro {
             return Ok(true);
@@ -266,6 +169,7 @@ impl Evaluate {
         Ok(evaluate_report::odometry(
             comparison,
             [&exact, trials, &undated],
+            loss_at_most,
         ))
     }
 
@@ -381,9 +285,7 @@ fn scenario(wanted: &str) -> Result<Scenario, Box<dyn Error>> {
     Ok(scenario)
 }
 
-fn verdicts(claims: &[Claim], trials: &[Trial]) -> Vec<Verdict> {
-    claims
-        .iter()
-        .filter_map(|claim| claim.judge(trials))
-        .collect()
+fn verdicts<'c>(claims: impl IntoIterator<Item = &'c Claim>, trials: &[Trial]) -> Vec<Verdict> {
+    let claims = claims.into_iter();
+    claims.filter_map(|claim| claim.judge(trials)).collect()
 }

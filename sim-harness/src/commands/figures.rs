@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use sim_harness::console;
-use sim_harness::figures::{Figure, page};
-use sim_harness::output;
+use sim_harness::report::{PaperFigure, page};
+use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
 
@@ -21,7 +20,7 @@ pub(super) struct Figures {
     #[arg(long, default_value = "100..110", value_name = "A..B", value_parser = arguments::seeds, allow_hyphen_values = true)]
     seeds: Range<u64>,
     /// Draw only this figure; the page then shows no other.
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Figure::ALL.map(Figure::name)))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(PaperFigure::ALL.map(PaperFigure::name)))]
     only: Option<String>,
 }
 
@@ -30,25 +29,25 @@ impl Figures {
     pub(super) fn run(self) -> Outcome {
         arguments::check_folder("--out", &self.out)?;
         output::create_folder(&self.out)?;
-        let is_wanted = |figure: &Figure| {
+        let is_wanted = |figure: &PaperFigure| {
             let only = self.only.as_deref();
             only.is_none_or(|only| only == figure.name())
         };
-        let mut plates = Vec::new();
-        for figure in Figure::ALL.into_iter().filter(is_wanted) {
-            let plate = figure.draw(&self.seeds)?;
-            for panel in plate.panels() {
+        let mut sections = Vec::new();
+        for figure in PaperFigure::ALL.into_iter().filter(is_wanted) {
+            let section = figure.draw(&self.seeds)?;
+            for panel in section.panels() {
                 panel.picture.save_png(&self.out.join(&panel.file))?;
             }
-            if let Some((file, picture)) = &plate.excerpt {
+            if let Some((file, picture)) = &section.excerpt {
                 picture.save_png(&self.out.join(file))?;
             }
-            plates.push(plate);
+            sections.push(section);
         }
         let index = self.out.join("index.html");
-        output::write(&index, page(&plates).as_bytes())?;
-        for plate in &plates {
-            console::print(format_args!("{:>10}  {}", plate.name, plate.title));
+        output::write(&index, page(&sections).as_bytes())?;
+        for section in &sections {
+            console::print(format_args!("{:>10}  {}", section.name, section.title));
         }
         console::print("");
         console::print(format_args!("Everything simulated: {}", index.display()));

@@ -4,9 +4,8 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sim_harness::console;
 use sim_harness::link::{Layout, build_image, to_s_records};
-use sim_harness::output;
+use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
 

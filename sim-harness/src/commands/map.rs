@@ -7,9 +7,9 @@ use clap::Args;
 use serde::Serialize;
 use sim_harness::datasets::{DATASETS, PoseSource, recognise};
 use sim_harness::drive::Keyframes;
-use sim_harness::figures::{MapPicture, MapServerPair};
 use sim_harness::mapping::{MAX_CELLS, Mapper, Method, Occupancy, Setup};
 use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
+use sim_harness::report::{MapPicture, MapServerPair};
 use sim_harness::rig::Rig;
 use sim_harness::{console, output};
 

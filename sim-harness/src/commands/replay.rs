@@ -1,6 +1,7 @@
 //! `cargo ipf replay`: a recorded drive, filtered and mapped.
 
 use std::error::Error;
+use std::io;
 use std::path::PathBuf;
 
 use amiro_ipf::config::{Config, Source, StepRule};
@@ -9,31 +10,24 @@ use amiro_ipf::input::Input;
 use amiro_ipf::wire::Truth as TruthMessage;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_harness::console;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
-use sim_harness::faults::Faults;
-use sim_harness::link::{
-    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, listen,
-    post_mortem_in_words,
-};
-use sim_harness::log::{self, Recording, RecordingWriter};
+use sim_harness::faults::{Faults, NotOnInputs};
+use sim_harness::link::{Board, Equality, QemuOptions, post_mortem_in_words};
+use sim_harness::log::{Overview, RecordingWriter, StoredRecording};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS, Mapper};
-use sim_harness::output;
+use sim_harness::spool::Spool;
 use sim_harness::world::{Scenario, ScenarioError};
-use sim_harness::{RunOutcome, Survey, TICK_PERIOD_US, run, with_ticks};
+use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output};
 
 use super::footprint::FootprintSwitch;
+use super::replayed::{Plan, Replayed, on_board, on_host};
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
-use super::standstill::Standstill;
 use super::{Ending, Outcome, arguments, target};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
-
-/// Cycles of a core that an emulator lets run at one instruction a nanosecond.
-const NANOSECONDS_PER_CYCLE: f64 = 1e9 / 168e6;
 
 /// Arguments of `replay`.
 #[derive(Debug, Args)]
@@ -44,7 +38,7 @@ pub(super) struct Replay {
     settings: Settings,
     /// Where the filter runs: `host`, `qemu`, or the name of a serial port.
     #[arg(long, default_value = "host", value_name = "host|qemu|PORT")]
-    on: String,
+    pub(super) on: String,
     /// Speed of the serial port, bits per second; 2000000 if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
@@ -57,10 +51,10 @@ pub(super) struct Replay {
         hide_default_value = true,
         value_name = "FAULTS"
     )]
-    fault: Faults,
+    pub(super) fault: Faults,
     /// Seed of what is random about the faults.
     #[arg(long, default_value_t = 1, value_name = "N", requires = "fault", value_parser = arguments::seed)]
-    seed_of_faults: u64,
+    pub(super) seed_of_faults: u64,
     /// Whether cells of the map whose centre has been under the robot's hull are free.
     #[arg(long, value_enum, default_value_t = FootprintSwitch::On, value_name = "on|off")]
     footprint: FootprintSwitch,
@@ -75,43 +69,10 @@ pub(super) struct Replay {
     image: Option<PathBuf>,
     /// With `--on qemu`: count instructions, one a nanosecond.
     #[arg(long)]
-    count_instructions: bool,
+    pub(super) count_instructions: bool,
     /// With `--on qemu`: fill the RAM with this byte before the start.
     #[arg(long, value_name = "BYTE")]
     ram_fill: Option<u8>,
-}
-
-/// Where the filter ran, and what came of it.
-struct Run {
-    ran_on: &'static str,
-    survey: Survey,
-    events: Kept,
-    stream: Vec<u8>,
-    comparison: Option<Verdict>,
-}
-
-/// What of a run's events the report needs besides the survey.
-struct Kept {
-    /// How often the odometry broke off.
-    broke_off: usize,
-    /// All of them, for the scores on the way, where the recording carries a truth.
-    all: Option<Vec<Event>>,
-}
-
-impl Kept {
-    fn new(is_scored: bool) -> Self {
-        Self {
-            broke_off: 0,
-            all: is_scored.then(Vec::new),
-        }
-    }
-
-    fn take(&mut self, event: &Event) {
-        self.broke_off += usize::from(matches!(event, Event::BrokeOff { .. }));
-        if let Some(all) = &mut self.all {
-            all.push(event.clone());
-        }
-    }
 }
 
 impl Replay {
@@ -122,42 +83,31 @@ impl Replay {
         let image = self.image.iter().map(PathBuf::as_path);
         let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
         output::check(&outputs, &inputs)?;
-        let recording = log::read(&self.file)?;
-        if !recording.refusals.is_empty() {
-            console::warn_text(&recording.refusals);
+        let mut recording = self.open()?;
+        let overview = recording.overview().clone();
+        if !overview.refusals.is_empty() {
+            console::warn_text(&overview.refusals);
         }
-        let config = as_replayed(self.settings.apply(recording.config)?);
-        let scenario = scenario_of(&recording).map_err(|error| error.of_file(&self.file))?;
-        let cell_m = scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m);
-        let told_faults = recording.truth.iter().flat_map(|truth| &truth.faults);
-        for (text, seed) in told_faults {
-            console::print(format_args!("recorded with faults: {text}, seed {seed}"));
-        }
-        for event in &recording.events {
-            if let Event::PostMortem(record) = event {
-                console::print(format_args!("recorded: {}", post_mortem_in_words(record)));
-            }
-        }
-        let inputs = self
-            .fault
-            .on_inputs(self.seed_of_faults, &recording.inputs)?;
-        let inputs = if self.settings.fixed() {
-            with_ticks(&inputs, TICK_PERIOD_US)
-        } else {
-            inputs
-        };
+        let config = as_replayed(self.settings.apply(overview.config)?);
+        let scenario = scenario_of(&overview).map_err(|error| error.of_file(&self.file))?;
+        print_what_was_recorded(&mut recording)?;
+        self.fault.check_on_inputs()?;
         if !self.fault.are_none() {
             console::print(format_args!(
                 "with faults: {}, seed {}",
                 self.fault, self.seed_of_faults
             ));
         }
-        let is_scored = scenario.is_some();
-        let run = match self.on.as_str() {
-            "host" => self.on_host(&config, &inputs, &recording, (cell_m, is_scored))?,
-            _ => self.on_board(&config, &inputs, (cell_m, is_scored))?,
+        let plan = Plan {
+            config: &config,
+            cell_m: scenario.as_ref().map_or(CELL_M, |scenario| scenario.cell_m),
+            is_scored: scenario.is_some(),
         };
-        if let Some(standstill) = Standstill::of(&config, &inputs, &run.survey) {
+        let run = match self.on.as_str() {
+            "host" => on_host(&self, &plan, &mut recording)?,
+            _ => on_board(&self, &plan, &mut recording)?,
+        };
+        if let Some(standstill) = run.standstill.finish(&config, &run.survey) {
             let what = format!("{}: {standstill}", self.file.display());
             // With a comparison the digests were the point; else there is nothing to show.
             if run.comparison.is_none() {
@@ -165,11 +115,11 @@ impl Replay {
             }
             console::warn(what);
         }
-        self.report(&config, &inputs, &recording, scenario.as_ref(), &run)?;
-        let equality = run.comparison.map(|verdict| verdict.equality);
+        let equality = run.comparison.as_ref().map(|verdict| verdict.equality);
+        self.report(&config, &mut recording, scenario.as_ref(), run)?;
         Ok(match equality {
             Some(Equality::Different) => Ending::Failed,
-            _ if self.strict && !recording.refusals.is_empty() => Ending::Refused,
+            _ if self.strict && !overview.refusals.is_empty() => Ending::Refused,
             Some(Equality::ParticlesLost) => Ending::ParticlesLost,
             Some(Equality::Equal) | None => Ending::Good,
         })
@@ -189,194 +139,129 @@ impl Replay {
         arguments::check_folder("--out", &self.out)
     }
 
-    fn has_line_faults(&self) -> bool {
+    /// Reads the recording through once.
+    fn open(&self) -> Result<StoredRecording, Box<dyn Error>> {
+        let mut bar = None;
+        let recording = StoredRecording::open(&self.file, |bytes, length| {
+            let bar = bar.get_or_insert_with(|| progress("read", length));
+            bar.set_position(bytes);
+        })?;
+        if let Some(bar) = bar {
+            bar.finish_and_clear();
+        }
+        Ok(recording)
+    }
+
+    /// Whether the filter runs as it did when it was recorded.
+    pub(super) fn is_as_recorded(&self) -> bool {
+        self.settings.are_default() && self.fault.parts().is_empty()
+    }
+
+    pub(super) fn has_line_faults(&self) -> bool {
         self.fault.line().iter().next().is_some()
     }
 
-    /// On the host's node; recorded events of the same configuration must be met.
-    fn on_host(
+    /// The recorded inputs with the faults and ticks that were asked for.
+    pub(super) fn replayed<'a>(
         &self,
-        config: &Config,
-        inputs: &[Input],
-        recording: &Recording,
-        (cell_m, is_scored): (f64, bool),
-    ) -> Result<Run, Box<dyn Error>> {
-        let is_recorded = recording.config.is_some()
-            && self.settings.are_default()
-            && self.fault.parts().is_empty()
-            && recording
-                .events
-                .iter()
-                .any(|event| matches!(event, Event::StepDone(_)));
-        let mut survey = Survey::new(config, cell_m, self.footprint.radius_m(config));
-        let mut events = Kept::new(is_scored);
-        let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
-        let mut comparison = Comparison::default();
-        let bar = progress("steps", None);
-        let mut arrive = |event: &Event| {
-            survey.take(event);
-            events.take(event);
-        };
-        let outcome = run(config, inputs, |event| {
-            if is_recorded {
-                comparison.expect(event);
-            }
-            line.send(event, &mut arrive);
-            bar.inc(u64::from(matches!(event, Event::StepDone(_))));
-        })?;
-        let lines = line.finish(&mut arrive);
-        bar.finish_and_clear();
-        if self.has_line_faults() {
-            console::print(format_args!(
-                "{}; {} damaged",
-                lines.frames, lines.line.damaged
-            ));
-        }
-        lines.frames.balance(lines.line.sent)?;
-        warn_of_refused_inputs(&outcome);
-        if is_recorded {
-            recording
-                .events
-                .iter()
-                .for_each(|event| comparison.meet(event));
-        }
-        Ok(Run {
-            ran_on: "host",
-            survey,
-            events,
-            stream: lines.bytes,
-            comparison: is_recorded.then(|| comparison.verdict_of_recording()),
+        inputs: impl Iterator<Item = Input> + 'a,
+    ) -> Result<Box<dyn Iterator<Item = Input> + 'a>, NotOnInputs> {
+        let faulty = self.fault.on_stream(self.seed_of_faults, inputs)?;
+        Ok(if self.settings.fixed() {
+            Box::new(Ticked::new(faulty, TICK_PERIOD_US))
+        } else {
+            Box::new(faulty)
         })
     }
 
-    /// On a board or in QEMU, held against the host's own run.
-    fn on_board(
-        &self,
-        config: &Config,
-        inputs: &[Input],
-        (cell_m, is_scored): (f64, bool),
-    ) -> Result<Run, Box<dyn Error>> {
-        let ran_on = if self.on == "qemu" {
-            "QEMU (emulated)"
-        } else {
-            "board"
-        };
+    /// An empty survey.
+    pub(super) fn survey(&self, plan: &Plan<'_>) -> Survey {
+        Survey::new(
+            plan.config,
+            plan.cell_m,
+            self.footprint.radius_m(plan.config),
+        )
+    }
+
+    /// The board or emulator that was asked for.
+    pub(super) fn board(&self) -> Result<Board, Box<dyn Error>> {
         let options = QemuOptions {
             count_instructions: self.count_instructions,
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
-        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
-        target::greet(&mut board)?;
-        target::check_capacity(&board, config)?;
-        let mut comparison = Comparison::default();
-        let outcome = run(config, inputs, |event| comparison.expect(event))?;
-        warn_of_refused_inputs(&outcome);
-        // The configuration goes in front.
-        let refusals: Vec<_> = outcome
-            .refusals
-            .iter()
-            .map(|&(input, fault)| (input + 1, fault))
-            .collect();
-        comparison.expect_refusals(&refusals);
-        let mut survey = Survey::new(config, cell_m, self.footprint.radius_m(config));
-        let mut events = Kept::new(is_scored);
-        let mut slowest_step = 0;
-        let mut all = vec![Input::Configure(*config)];
-        all.extend_from_slice(inputs);
-        let bar = progress("inputs", Some(all.len() as u64));
-        let mut answers = Vec::with_capacity(all.len());
-        let driven = drive(
-            &mut board,
-            &all,
-            |event| {
-                survey.take(event);
-                events.take(event);
-                comparison.meet(event);
-                if let Event::Status(status) = event {
-                    slowest_step = slowest_step.max(status.board.step_cycles_max);
-                }
-            },
-            |input, refused| {
-                answers.push((input, refused));
-                bar.inc(1);
-            },
-        );
-        bar.finish_and_clear();
-        comparison.take_audit(driven?);
-        listen(&mut board, |event| comparison.meet(event))?;
-        for (input, refused) in answers {
-            comparison.meet_answer(input, refused);
-        }
-        if self.count_instructions {
-            let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
-            console::print(format_args!(
-                "longest step: {instructions:.2} million instructions (emulated)"
-            ));
-        }
-        console::print_text(board.tally());
-        let verdict = comparison.verdict(board.boot(), &board.tally());
-        Ok(Run {
-            ran_on,
-            survey,
-            events,
-            stream: board.take_raw(),
-            comparison: Some(verdict),
-        })
+        target::reach(&self.on, self.baud, self.image.as_deref(), &options)
     }
 
     /// Writes the files, then prints what was found.
     fn report(
         &self,
         config: &Config,
-        inputs: &[Input],
-        recording: &Recording,
+        recording: &mut StoredRecording,
         scenario: Option<&Scenario>,
-        run: &Run,
+        mut run: Replayed,
     ) -> Result<(), Box<dyn Error>> {
+        let figures = run.survey.figures();
+        let scores = match scenario {
+            Some(scenario) => self.scores(config, scenario, &mut run)?,
+            None => None,
+        };
         let survey = &run.survey;
-        let figures = survey.figures();
-        let scores = scenario.map(|scenario| {
-            let truth = Truth::of(scenario, survey.poses());
-            let mut mapper = FootprintMapper::new(
-                CountingMapper::new(scenario.cell_m),
-                scenario.cell_m,
-                self.footprint.radius_m(config),
-            );
-            let mut judge = DriveJudge::new(scenario, &truth, survey.poses());
-            let mut records = FilterRecords::new(config.photometry);
-            for event in run.events.all.iter().flatten() {
-                records.translate(event, &mut |record| {
-                    judge.take(record, &mapper);
-                    mapper.take(record);
-                });
-            }
-            judge.finish(&mapper)
-        });
         let walls = scenario.is_none().then(|| Walls::of(survey));
         output::create_folder(&self.out)?;
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let picture = report::picture(survey, &name, scenario, None);
         report::save_map(survey, &picture, &self.out)?;
-        self.save_stream(config, inputs, recording, &run.stream)?;
+        self.save_stream(config, recording, run.answered)?;
+        let overview = recording.overview();
         let summary = Summary {
-            format: recording.format.to_string(),
-            refused: recording.refusals.count(),
+            format: overview.format.to_string(),
+            refused: overview.refusals.count(),
             ran_on: run.ran_on,
             config: *config,
             figures,
             scores: scores.as_ref().map(ScoreRecord::from),
             walls,
-            comparison: run.comparison.clone(),
+            comparison: run.comparison,
         };
         summary.save(&self.out)?;
-        print_report(&summary, scores.as_ref(), run.events.broke_off);
+        print_report(&summary, scores.as_ref(), run.events.resets);
         Ok(())
     }
 
+    /// The scores of a run whose events were kept; the events are used up.
+    fn scores(
+        &self,
+        config: &Config,
+        scenario: &Scenario,
+        run: &mut Replayed,
+    ) -> io::Result<Option<DriveScores>> {
+        let Some(events) = run.events.all.take() else {
+            return Ok(None);
+        };
+        let poses = run.survey.poses();
+        let truth = Truth::of(scenario, poses);
+        let mut mapper = FootprintMapper::new(
+            CountingMapper::new(scenario.cell_m),
+            scenario.cell_m,
+            self.footprint.radius_m(config),
+        );
+        let mut events = events.records()?;
+        let mut judge = DriveJudge::new(scenario, &truth, poses);
+        let mut records = FilterRecords::new(config.photometry);
+        for event in events.by_ref() {
+            records.translate(&event, &mut |record| {
+                judge.take(record, &mapper);
+                mapper.take(record);
+            });
+        }
+        events.finish()?;
+        Ok(Some(judge.finish(&mapper)))
+    }
+
     /// What was broken when it was recorded, and what is broken now.
-    fn faults_of_all(&self, recording: &Recording) -> Vec<(String, u64)> {
-        let truth = recording.truth.as_ref();
+    fn faults_of_all(&self, overview: &Overview) -> Vec<(String, u64)> {
+        let truth = overview.truth.as_ref();
         let mut all = truth.map_or_else(Vec::new, |truth| truth.faults.clone());
         if self.fault.are_none() {
             return all;
@@ -395,13 +280,13 @@ impl Replay {
     fn save_stream(
         &self,
         config: &Config,
-        inputs: &[Input],
-        recording: &Recording,
-        answered: &[u8],
+        recording: &mut StoredRecording,
+        answered: Spool,
     ) -> Result<(), Box<dyn Error>> {
+        let overview = recording.overview().clone();
         output::write_with(&self.out.join("stream.ipf"), |file| {
             let mut writer = RecordingWriter::new(file)?;
-            if let Some(truth) = &recording.truth {
+            if let Some(truth) = &overview.truth {
                 if let Some(seed) = truth.seed {
                     writer.write_truth(&TruthMessage::Seed(seed))?;
                 }
@@ -409,19 +294,23 @@ impl Replay {
                     writer.write_scenario(text)?;
                 }
             }
-            for (text, seed) in self.faults_of_all(recording) {
+            for (text, seed) in self.faults_of_all(&overview) {
                 writer.write_faults(&text, seed)?;
             }
-            if let Some(truth) = &recording.truth {
-                for &(stamp_us, pose) in &truth.poses {
+            if overview.truth.is_some() {
+                let mut poses = recording.true_poses().map_err(io::Error::other)?;
+                for (stamp_us, pose) in poses.by_ref() {
                     writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
                 }
+                poses.finish().map_err(io::Error::other)?;
             }
             writer.write_input(&Input::Configure(*config))?;
-            for input in inputs {
-                writer.write_input(input)?;
+            let mut inputs = recording.inputs(|_| ()).map_err(io::Error::other)?;
+            for input in self.replayed(&mut inputs).map_err(io::Error::other)? {
+                writer.write_input(&input)?;
             }
-            writer.write_frames(answered)?;
+            inputs.finish().map_err(io::Error::other)?;
+            writer.write_frames_of(answered.read()?)?;
             writer.finish()?;
             Ok(())
         })?;
@@ -430,7 +319,7 @@ impl Replay {
 }
 
 /// What was found, for the terminal.
-fn print_report(summary: &Summary, scores: Option<&DriveScores>, broke_off: usize) {
+fn print_report(summary: &Summary, scores: Option<&DriveScores>, resets: usize) {
     let figures = &summary.figures;
     console::print(format_args!(
         "{} steps over {:.3} m, mean step {}, {} occupied and {} free cells",
@@ -454,7 +343,7 @@ fn print_report(summary: &Summary, scores: Option<&DriveScores>, broke_off: usiz
             1e3 * radius_m
         ));
     }
-    match broke_off {
+    match resets {
         0 => {}
         times => console::print(format_args!(
             "BrokeOff {times} times: parts of the map share no origin"
@@ -473,8 +362,8 @@ fn print_report(summary: &Summary, scores: Option<&DriveScores>, broke_off: usiz
 }
 
 /// The world that a simulated recording carries.
-fn scenario_of(recording: &Recording) -> Result<Option<Scenario>, ScenarioError> {
-    let text = recording
+fn scenario_of(overview: &Overview) -> Result<Option<Scenario>, ScenarioError> {
+    let text = overview
         .truth
         .as_ref()
         .and_then(|truth| truth.scenario.as_ref());
@@ -495,22 +384,40 @@ fn as_replayed(config: Config) -> Config {
     }
 }
 
-fn warn_of_refused_inputs(outcome: &RunOutcome) {
-    for (fault, count) in outcome.faults() {
-        console::warn(format_args!("{count} inputs refused: {fault:?}, {fault}"));
+/// Prints what was broken on purpose in the recorded run, and how its board's boot before
+/// had ended.
+fn print_what_was_recorded(recording: &mut StoredRecording) -> Result<(), Box<dyn Error>> {
+    let overview = recording.overview();
+    let faults = overview.truth.iter().flat_map(|truth| &truth.faults);
+    for (text, seed) in faults {
+        console::print(format_args!("recorded with faults: {text}, seed {seed}"));
     }
+    if overview.post_mortems == 0 {
+        return Ok(());
+    }
+    let mut events = recording.events(|_| ())?;
+    for event in events.by_ref() {
+        if let Event::PostMortem(record) = event {
+            console::print(format_args!("recorded: {}", post_mortem_in_words(&record)));
+        }
+    }
+    events.finish()?;
+    Ok(())
 }
 
-/// A bar on a terminal, nothing in a pipe.
-fn progress(unit: &'static str, length: Option<u64>) -> ProgressBar {
+/// A bar over the bytes of a source on a terminal, nothing in a pipe.
+pub(super) fn progress(done: &'static str, length: Option<u64>) -> ProgressBar {
     if !console::is_interactive() {
         return ProgressBar::hidden();
     }
     let (bar, template) = match length {
-        Some(length) => (ProgressBar::new(length), "{bar:40} {pos}/{len} "),
-        None => (ProgressBar::new_spinner(), "{spinner} {pos} "),
+        Some(length) => (
+            ProgressBar::new(length),
+            "{bar:40} {decimal_bytes} of {decimal_total_bytes} ",
+        ),
+        None => (ProgressBar::new_spinner(), "{spinner} {decimal_bytes} "),
     };
-    match ProgressStyle::with_template(&format!("{template}{unit}")) {
+    match ProgressStyle::with_template(&format!("{template}{done}")) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

@@ -6,10 +6,10 @@ use std::path::Path;
 use amiro_ipf::config::Config;
 use serde::Serialize;
 use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
-use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
 use sim_harness::geometry::Pose2;
 use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
+use sim_harness::report::{CellWindow, MapPicture, MapServerPair, Picture, outlines};
 use sim_harness::world::Scenario;
 use sim_harness::{Figures, Survey};
 
@@ -87,7 +87,7 @@ pub(super) fn picture(
     survey: &Survey,
     title: &str,
     scenario: Option<&Scenario>,
-    window: Option<Window>,
+    window: Option<CellWindow>,
 ) -> Picture {
     let path = survey.path();
     let outlines = scenario.map(outlines).unwrap_or_default();
@@ -102,18 +102,6 @@ pub(super) fn picture(
         window,
     }
     .render(&survey.map())
-}
-
-/// The shapes' outlines, a point every 2 mm.
-fn outlines(scenario: &Scenario) -> Vec<Vec<(f64, f64)>> {
-    scenario
-        .shapes
-        .iter()
-        .map(|shape| {
-            let points = shape.outline(0.002);
-            points.iter().map(|point| (point.x, point.y)).collect()
-        })
-        .collect()
 }
 
 /// The files of a mapped run.

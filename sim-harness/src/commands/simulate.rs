@@ -9,10 +9,9 @@ use std::slice;
 use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::sensor::SENSORS;
 use clap::Args;
-use sim_harness::console;
 use sim_harness::faults::{Faults, SimulatedDrive};
-use sim_harness::output;
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
+use sim_harness::{console, output};
 
 use super::ailments::{counters, counters_in_words};
 use super::{Ending, Outcome, arguments};

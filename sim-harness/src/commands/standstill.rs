@@ -3,6 +3,7 @@
 use std::fmt;
 
 use amiro_ipf::config::{Config, StepRule};
+use amiro_ipf::geometry::Point;
 use amiro_ipf::input::Input;
 use sim_harness::Survey;
 
@@ -17,38 +18,45 @@ pub(super) struct Standstill {
     step_m: f32,
 }
 
-impl Standstill {
-    /// Looks whether a run that steps by way did not get beyond its first step because its
-    /// poses stay within a step of the first; `None` if not, or for less than two poses.
-    pub(super) fn of(config: &Config, inputs: &[Input], survey: &Survey) -> Option<Self> {
+/// Looks at a run's inputs one after another.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StandstillCheck {
+    poses: usize,
+    first: Option<Point>,
+    within_m: f32,
+    is_turning: bool,
+}
+
+impl StandstillCheck {
+    /// Takes the next input.
+    pub(super) fn take(&mut self, input: &Input) {
+        match input {
+            Input::Odometry { pose, .. } => {
+                let first = *self.first.get_or_insert(pose.position);
+                self.within_m = self.within_m.max((pose.position - first).norm());
+                self.poses += 1;
+            }
+            Input::Wheels { speeds, .. } => {
+                self.is_turning |=
+                    speeds.left_m_per_s.abs() > 0.0 || speeds.right_m_per_s.abs() > 0.0;
+                self.poses += 1;
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether a run that steps by way did not get beyond its first step because its poses
+    /// stay within a step of the first; `None` if not, or for less than two poses.
+    pub(super) fn finish(&self, config: &Config, survey: &Survey) -> Option<Standstill> {
         let StepRule::PerDistance { step_m } = config.step_rule else {
             return None;
         };
-        if survey.figures().steps > 1 {
+        if self.is_turning || survey.figures().steps > 1 {
             return None;
         }
-        let mut poses = 0;
-        let mut first = None;
-        let mut within_m = 0.0_f32;
-        for input in inputs {
-            match input {
-                Input::Odometry { pose, .. } => {
-                    let first = *first.get_or_insert(pose.position);
-                    within_m = within_m.max((pose.position - first).norm());
-                    poses += 1;
-                }
-                Input::Wheels { speeds, .. } => {
-                    if speeds.left_m_per_s.abs() > 0.0 || speeds.right_m_per_s.abs() > 0.0 {
-                        return None;
-                    }
-                    poses += 1;
-                }
-                _ => {}
-            }
-        }
-        (poses > 1 && within_m < step_m).then_some(Self {
-            poses,
-            within_m,
+        (self.poses > 1 && self.within_m < step_m).then_some(Standstill {
+            poses: self.poses,
+            within_m: self.within_m,
             step_m,
         })
     }
@@ -60,8 +68,7 @@ impl fmt::Display for Standstill {
             f,
             "the odometry does not move: its {} poses lie within {:.1} mm of the first, and the \
              filter steps every {:.0} mm; there is no map to make. Series of stations at which \
-             a robot was put down by hand are judged by `cargo ipf evaluate --recordings \
-             FOLDER`; with --fixed, `replay` steps at 8 Hz though the robot stands",
+             a robot was put down by hand are judged by the example `recorded_walls`; with --fixed, `replay` steps at 8 Hz though the robot stands",
             self.poses,
             1e3 * self.within_m,
             1e3 * self.step_m
@@ -76,7 +83,10 @@ mod tests {
     use amiro_ipf::kinematics::WheelSpeeds;
 
     fn of(inputs: &[Input]) -> Option<Standstill> {
-        Standstill::of(&Config::default(), inputs, &Survey::new(0.01))
+        let mut check = StandstillCheck::default();
+        inputs.iter().for_each(|input| check.take(input));
+        let config = Config::default();
+        check.finish(&config, &Survey::new(&config, 0.01, None))
     }
 
     #[test]

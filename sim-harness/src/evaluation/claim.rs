@@ -1,29 +1,29 @@
-//! Claims about figures, and verdicts on them.
+//! Claims about metrics, and verdicts on them.
 
 use core::fmt;
 
 use super::comparison::Trial;
-use super::{Figure, Measure, Trials};
+use super::{Metric, Number, Trials};
 use crate::mapping::Method;
 
-/// Something that is said of a method and can be measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A bound on a metric of a method's maps.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
     /// The scenario's name.
-    pub scenario: &'static str,
+    pub scenario: String,
     /// The method.
     pub method: Method,
-    /// What is measured.
-    pub measure: Measure,
-    /// How the seeds are taken together.
+    /// The metric.
+    pub metric: Metric,
+    /// How the values of the seeds are combined.
     pub over: Over,
-    /// How the figure has to lie to the bound.
+    /// The relation of the measured value to the bound.
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
 }
 
-/// How the seeds are taken together.
+/// How the values of the seeds are combined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Over {
     /// Their mean.
@@ -38,7 +38,7 @@ pub enum Over {
     MeanLess(Method),
 }
 
-/// How a figure has to lie to its bound.
+/// The relation of a measured value to its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
     /// Below it.
@@ -50,35 +50,35 @@ pub enum Relation {
 }
 
 /// A claim and what was measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The claim.
     pub claim: Claim,
-    /// The figure; `None` where it is undefined, which never holds.
+    /// The measured value; `None` where it is undefined, which never holds.
     pub measured: Option<f64>,
 }
 
 impl Claim {
     /// The verdict by trials; `None` if they lack the scenario or a method.
     #[must_use]
-    pub fn judge(self, trials: &[Trial]) -> Option<Verdict> {
-        let of = |method| Trials::of(trials, self.scenario, method);
-        let (mine, measure) = (of(self.method)?, self.measure);
+    pub fn judge(&self, trials: &[Trial]) -> Option<Verdict> {
+        let of = |method| Trials::of(trials, &self.scenario, method);
+        let (mine, metric) = (of(self.method)?, self.metric);
         let measured = match self.over {
-            Over::Mean => mine.mean(measure),
-            Over::Smallest => mine.smallest(measure).map(|(value, _)| value),
-            Over::Largest => mine.largest(measure).map(|(value, _)| value),
+            Over::Mean => mine.mean(metric),
+            Over::Smallest => mine.smallest(metric).map(|(value, _)| value),
+            Over::Largest => mine.largest(metric).map(|(value, _)| value),
             Over::MeanShareOf(other) => {
-                let its = of(other)?.mean(measure).filter(|its| *its > 0.0);
-                mine.mean(measure).zip(its).map(|(mine, its)| mine / its)
+                let its = of(other)?.mean(metric).filter(|its| *its > 0.0);
+                mine.mean(metric).zip(its).map(|(mine, its)| mine / its)
             }
             Over::MeanLess(other) => {
-                let its = of(other)?.mean(measure);
-                mine.mean(measure).zip(its).map(|(mine, its)| mine - its)
+                let its = of(other)?.mean(metric);
+                mine.mean(metric).zip(its).map(|(mine, its)| mine - its)
             }
         };
         Some(Verdict {
-            claim: self,
+            claim: self.clone(),
             measured,
         })
     }
@@ -100,12 +100,12 @@ impl Verdict {
 
 impl fmt::Display for Claim {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (method, measure) = (self.method, self.measure.name());
+        let (method, metric) = (self.method, self.metric.name());
         match self.over {
-            Over::Mean => write!(f, "{method}: {measure}"),
-            Over::Smallest | Over::Largest => write!(f, "{method}: {measure}, every seed"),
-            Over::MeanShareOf(other) => write!(f, "{method}: {measure} / that of {other}"),
-            Over::MeanLess(other) => write!(f, "{method}: {measure} - that of {other}"),
+            Over::Mean => write!(f, "{method}: {metric}"),
+            Over::Smallest | Over::Largest => write!(f, "{method}: {metric}, every seed"),
+            Over::MeanShareOf(other) => write!(f, "{method}: {metric} / that of {other}"),
+            Over::MeanLess(other) => write!(f, "{method}: {metric} - that of {other}"),
         }
     }
 }
@@ -113,18 +113,18 @@ impl fmt::Display for Claim {
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_share = matches!(self.claim.over, Over::MeanShareOf(_));
-        let decimals = match self.claim.measure {
-            Measure::OpeningFalse
-            | Measure::OpeningFalseLeast
-            | Measure::OpeningFrontier
-            | Measure::OpeningFrontierMost
+        let decimals = match self.claim.metric {
+            Metric::OpeningFalse
+            | Metric::OpeningFalseLeast
+            | Metric::OpeningFrontier
+            | Metric::OpeningFrontierMost
                 if !is_share =>
             {
                 1
             }
             _ => 3,
         };
-        let figure = |value| Figure { value, decimals };
+        let number = |value| Number { value, decimals };
         let relation = match self.claim.relation {
             Relation::Below => "< ",
             Relation::AtMost => "<=",
@@ -136,8 +136,8 @@ impl fmt::Display for Verdict {
             if self.holds() { "PASS" } else { "FAIL" },
             self.claim.scenario,
             self.claim.to_string(),
-            figure(self.measured),
-            figure(Some(self.claim.bound)),
+            number(self.measured),
+            number(Some(self.claim.bound)),
         )
     }
 }
@@ -148,9 +148,9 @@ mod tests {
 
     fn verdict(measured: Option<f64>, relation: Relation) -> Verdict {
         let claim = Claim {
-            scenario: "msod",
+            scenario: "msod".to_owned(),
             method: Method::PAPER,
-            measure: Measure::Oe,
+            metric: Metric::Oe,
             over: Over::Mean,
             relation,
             bound: 0.035,

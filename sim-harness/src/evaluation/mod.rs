@@ -3,40 +3,36 @@
 //! One map has [`Scores`], the maps of a drive have [`DriveScores`], a [`Comparison`]
 //! of methods over scenarios and seeds has [`Trial`]s; [`Claim`]s are held against these.
 
-mod bounds;
 mod claim;
+mod claims;
 mod comparison;
 mod drive_scores;
-mod figure;
 mod legs;
 mod line;
 mod mapped_sides;
-mod measure;
+mod mean_std;
+mod metric;
 mod nearest_segment;
+mod number;
 mod openings;
-mod paper_claims;
 mod record;
 pub mod recorded;
 mod scores;
-mod spread;
-mod standard;
 mod trials;
 mod truth;
 mod walls;
 
-pub use bounds::{Bounds, PaperBounds, PlusBounds, thresholds};
 pub use claim::{Claim, Over, Relation, Verdict};
+pub use claims::Claims;
 pub use comparison::{Comparison, ComparisonError, Trial};
 pub use drive_scores::{DriveJudge, DriveScores};
-pub use figure::Figure;
 pub use line::Line;
-pub use measure::Measure;
+pub use mean_std::MeanStd;
+pub use metric::Metric;
+pub use number::Number;
 pub use openings::OpeningScores;
-pub use paper_claims::paper_claims;
 pub use record::{Record, ScoreRecord, json};
 pub use scores::{SCORES_IN_WORDS, Scores};
-pub use spread::Spread;
-pub use standard::{STANDARD, standard};
 pub use trials::Trials;
 pub use truth::Truth;
 pub use walls::{Surroundings, WALL_COVERED_M, WallReport, WallSide};

@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::Serialize;
 
-use super::{Figure, Truth};
+use super::{Number, Truth};
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -209,7 +209,7 @@ fn coverage(map: &Map, truth: &Truth) -> Option<f64> {
 /// One line of fixed columns: lines of several maps stand under each other.
 impl fmt::Display for Scores {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let figure = |value, decimals| Figure { value, decimals };
+        let figure = |value, decimals| Number { value, decimals };
         let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 1);
         let share = |share| figure(share, 2);
         write!(

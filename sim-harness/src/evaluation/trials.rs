@@ -1,7 +1,7 @@
 //! Trials, looked at by scenario and method.
 
 use super::comparison::Trial;
-use super::{Measure, Spread};
+use super::{MeanStd, Metric};
 use crate::mapping::Method;
 
 /// The trials of one method in one scenario, by seed.
@@ -19,45 +19,43 @@ impl<'t> Trials<'t> {
         (!trials.is_empty()).then_some(Self { trials })
     }
 
-    /// A figure over the seeds.
+    /// Mean and standard deviation of a metric over the seeds.
     #[must_use]
-    pub fn spread(&self, measure: Measure) -> Spread {
-        let values = self.trials.iter().map(|trial| measure.of(&trial.scores));
-        Spread::of(&values.collect::<Vec<_>>())
+    pub fn mean_std(&self, metric: Metric) -> MeanStd {
+        let values = self.trials.iter().map(|trial| metric.of(&trial.scores));
+        MeanStd::of(&values.collect::<Vec<_>>())
     }
 
-    /// A figure's mean over the seeds.
+    /// A metric's mean over the seeds.
     #[must_use]
-    pub fn mean(&self, measure: Measure) -> Option<f64> {
-        self.spread(measure).mean
+    pub fn mean(&self, metric: Metric) -> Option<f64> {
+        self.mean_std(metric).mean
     }
 
-    /// The largest value of a figure, and its seed.
+    /// The largest value of a metric, and its seed.
     #[must_use]
-    pub fn largest(&self, measure: Measure) -> Option<(f64, u64)> {
-        self.defined(measure)
-            .max_by(|(a, _), (b, _)| a.total_cmp(b))
+    pub fn largest(&self, metric: Metric) -> Option<(f64, u64)> {
+        self.defined(metric).max_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
-    /// The smallest value of a figure, and its seed.
+    /// The smallest value of a metric, and its seed.
     #[must_use]
-    pub fn smallest(&self, measure: Measure) -> Option<(f64, u64)> {
-        self.defined(measure)
-            .min_by(|(a, _), (b, _)| a.total_cmp(b))
+    pub fn smallest(&self, metric: Metric) -> Option<(f64, u64)> {
+        self.defined(metric).min_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
-    /// A figure less another method's on the same drives, by seed.
+    /// A metric less another method's on the same drives, by seed.
     #[must_use]
-    pub fn less(&self, other: &Self, measure: Measure) -> Vec<Option<f64>> {
+    pub fn less(&self, other: &Self, metric: Metric) -> Vec<Option<f64>> {
         let pairs = self.trials.iter().filter_map(|trial| {
             let same = other.trials.iter().find(|other| other.seed == trial.seed)?;
-            Some((measure.of(&trial.scores), measure.of(&same.scores)))
+            Some((metric.of(&trial.scores), metric.of(&same.scores)))
         });
         pairs.map(|(mine, its)| Some(mine? - its?)).collect()
     }
 
-    fn defined(&self, measure: Measure) -> impl Iterator<Item = (f64, u64)> {
+    fn defined(&self, metric: Metric) -> impl Iterator<Item = (f64, u64)> {
         let trials = self.trials.iter();
-        trials.filter_map(move |trial| Some((measure.of(&trial.scores)?, trial.seed)))
+        trials.filter_map(move |trial| Some((metric.of(&trial.scores)?, trial.seed)))
     }
 }

@@ -28,7 +28,7 @@ mod word;
 pub use component::Component;
 pub use during::During;
 pub use error::FaultError;
-pub use on_inputs::NotOnInputs;
+pub use on_inputs::{FaultyInputs, NotOnInputs};
 pub use simulated::{SimulatedDrive, SimulationRefused};
 pub use spoken::{Fault, Faults};
 pub use word::Word;

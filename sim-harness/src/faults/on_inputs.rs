@@ -41,25 +41,76 @@ impl Faults {
     /// The first fault of a part that has no meaning on inputs; faults of the line have
     /// none here and are left alone.
     pub fn on_inputs(&self, seed: u64, inputs: &[Input]) -> Result<Vec<Input>, NotOnInputs> {
-        if let Some(fault) = self.parts.iter().find(|fault| !is_on_inputs(fault)) {
-            return Err(NotOnInputs {
+        let faulty = self.on_stream(seed, inputs.iter().copied())?;
+        Ok(faulty.collect())
+    }
+
+    /// The same one after another, for inputs of any number.
+    ///
+    /// Memory: the odometry that is delayed.
+    ///
+    /// # Errors
+    /// As [`on_inputs`](Self::on_inputs).
+    pub fn on_stream<I>(&self, seed: u64, inputs: I) -> Result<FaultyInputs<I>, NotOnInputs> {
+        self.check_on_inputs()?;
+        Ok(FaultyInputs {
+            inputs,
+            first_us: None,
+            is_at_end: false,
+            broken: Broken {
+                held: self.held(),
+                seed,
+                stuck: [None; SENSORS],
+                late: VecDeque::new(),
+                told: VecDeque::new(),
+            },
+        })
+    }
+
+    /// Checks that each fault of a part has a meaning on inputs.
+    ///
+    /// # Errors
+    /// The first that has none; faults of the line are left alone.
+    pub fn check_on_inputs(&self) -> Result<(), NotOnInputs> {
+        match self.parts.iter().find(|fault| !is_on_inputs(fault)) {
+            Some(fault) => Err(NotOnInputs {
                 fault: fault.to_string(),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Inputs with faults, one after another.
+pub struct FaultyInputs<I> {
+    inputs: I,
+    /// Stamp of the first input that has one.
+    first_us: Option<u64>,
+    is_at_end: bool,
+    broken: Broken,
+}
+
+impl<I: Iterator<Item = Input>> Iterator for FaultyInputs<I> {
+    type Item = Input;
+
+    fn next(&mut self) -> Option<Input> {
+        loop {
+            if let Some(input) = self.broken.told.pop_front() {
+                return Some(input);
+            }
+            if self.is_at_end {
+                return None;
+            }
+            let Some(input) = self.inputs.next() else {
+                self.is_at_end = true;
+                self.broken.deliver_until(u64::MAX);
+                continue;
+            };
+            let now_us = stamp_us(&input).map_or(0, |stamp_us| {
+                stamp_us.saturating_sub(*self.first_us.get_or_insert(stamp_us))
             });
+            self.broken.take(input, now_us);
         }
-        let first_us = inputs.iter().find_map(stamp_us).unwrap_or(0);
-        let mut broken = Broken {
-            held: self.held(),
-            seed,
-            stuck: [None; SENSORS],
-            late: VecDeque::new(),
-            told: Vec::with_capacity(inputs.len()),
-        };
-        for input in inputs {
-            let now_us = stamp_us(input).unwrap_or(first_us).saturating_sub(first_us);
-            broken.take(*input, now_us);
-        }
-        broken.deliver_until(u64::MAX);
-        Ok(broken.told)
     }
 }
 
@@ -90,7 +141,8 @@ struct Broken {
     stuck: [Option<Sample>; SENSORS],
     /// Odometry that is still to come, with its new stamp.
     late: VecDeque<(u64, Input)>,
-    told: Vec<Input>,
+    /// Inputs that are to be handed on.
+    told: VecDeque<Input>,
 }
 
 impl Broken {
@@ -112,10 +164,10 @@ impl Broken {
                     Some(sensor) => self.sample(sensor, sample, now_us),
                     None => sample,
                 });
-                self.told.push(Input::Proximity { stamp_us, samples });
+                self.told.push_back(Input::Proximity { stamp_us, samples });
             }
             Input::Odometry { .. } | Input::Wheels { .. } => self.take_motion(input, now_us),
-            _ => self.told.push(input),
+            _ => self.told.push_back(input),
         }
     }
 
@@ -191,7 +243,7 @@ impl Broken {
         // Nothing overtakes what is on its way.
         let last_us = self.late.back().map_or(0, |(last_us, _)| *last_us);
         if late_us == 0 && self.late.is_empty() {
-            self.told.push(input);
+            self.told.push_back(input);
         } else {
             self.late.push_back((due_us.max(last_us), input));
         }
@@ -209,7 +261,7 @@ impl Broken {
                 }
                 _ => {}
             }
-            self.told.push(input);
+            self.told.push_back(input);
         }
     }
 }

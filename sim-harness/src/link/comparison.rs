@@ -7,20 +7,21 @@ use amiro_ipf::BUILD_ID;
 use amiro_ipf::event::{Boot, Event, Particles, StepBegun, StepDone};
 use amiro_ipf::fault::Fault;
 
+use super::expected::{ExpectedRun, ExpectedStep};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
 
 /// The host's run, waiting for a board's or a recorded one to come in the same order.
 ///
-/// A message is compared by a 64-bit hash of its payload, so that a run of an hour takes
-/// 50 MB and not a gigabyte. Particle messages may be missing, since a board drops them
+/// All of the host's run comes first, then all of the other. A message is compared by a
+/// 64-bit hash of its payload; the hashes of a run of an hour, 50 MB, lie in a temporary
+/// file. Particle messages may be missing, since a board drops them
 /// when its line is slow: the comparison goes on at the next message that came. Whether
 /// that is still equal, the verdicts say.
 #[derive(Debug, Default)]
 pub struct Comparison {
-    expected: Vec<ExpectedStep>,
-    /// Where the odometry broke off, in order.
-    breaks: Vec<u64>,
-    next_break: usize,
+    expected: ExpectedRun,
+    /// How often the odometry broke off in the other run.
+    breaks: usize,
     /// The step whose messages come now.
     current: Option<CurrentStep>,
     steps: usize,
@@ -33,14 +34,6 @@ pub struct Comparison {
     refusals: Vec<(usize, Fault)>,
     differs_in_answers: Option<String>,
     answers: AnswerAudit,
-}
-
-/// Hashes of the messages of one step of the host's run.
-#[derive(Debug)]
-struct ExpectedStep {
-    begun: u64,
-    particles: Vec<u64>,
-    done: u64,
 }
 
 /// How far a step has come.
@@ -77,22 +70,18 @@ impl Comparison {
     /// configuration, status, health, offsets and post-mortem are not.
     pub fn expect(&mut self, event: &Event) {
         match event {
-            Event::StepBegun(_) => self.expected.push(ExpectedStep {
-                begun: hash(event),
-                particles: Vec::new(),
-                done: 0,
-            }),
+            Event::StepBegun(_) => self.expected.begin_step(hash(event)),
             Event::Particles(_) => {
-                if let Some(step) = self.expected.last_mut() {
+                if let Some(step) = self.expected.open_step() {
                     step.particles.push(hash(event));
                 }
             }
             Event::StepDone(_) => {
-                if let Some(step) = self.expected.last_mut() {
+                if let Some(step) = self.expected.open_step() {
                     step.done = hash(event);
                 }
             }
-            Event::BrokeOff { .. } => self.breaks.push(hash(event)),
+            Event::BrokeOff { .. } => self.expected.break_off(hash(event)),
             _ => {}
         }
     }
@@ -104,11 +93,11 @@ impl Comparison {
             Event::Particles(batch) => self.meet_particles(batch, hash(event)),
             Event::StepDone(done) => self.meet_end(done, hash(event)),
             Event::BrokeOff { .. } => {
-                if self.breaks.get(self.next_break) != Some(&hash(event)) {
+                if self.expected.next_break() != Some(hash(event)) {
                     let step = self.current.map(|current| current.index);
                     self.differ(step, "odometry broke off");
                 }
-                self.next_break += 1;
+                self.breaks += 1;
             }
             _ => return,
         }
@@ -119,7 +108,7 @@ impl Comparison {
         if !self.go_to(step.index as usize, "step begins") {
             return;
         }
-        let expected = self.expected.get(step.index as usize);
+        let expected = self.expected.step(step.index as usize);
         if expected.is_some_and(|expected| expected.begun == found) {
             self.steps += 1;
         } else {
@@ -135,7 +124,7 @@ impl Comparison {
         let is_of_current = self
             .current
             .is_some_and(|current| !current.is_done && current.index as u8 == batch.step);
-        if !is_of_current && self.expected.get(later).is_some_and(is_later) {
+        if !is_of_current && self.expected.step(later).is_some_and(is_later) {
             self.go_to(later, "particles");
             self.differ(Some(later), "its begin never came");
         }
@@ -144,7 +133,7 @@ impl Comparison {
             return;
         };
         let index = current.index;
-        let rest = self.expected.get(index).map(|step| &step.particles);
+        let rest = self.expected.step(index).map(|step| &step.particles);
         let rest = rest.and_then(|all| all.get(current.next..));
         let place = rest.and_then(|rest| rest.iter().position(|expected| *expected == found));
         match place {
@@ -180,7 +169,7 @@ impl Comparison {
         }
         if self
             .expected
-            .get(index)
+            .step(index)
             .is_some_and(|expected| expected.done == found)
         {
             self.digests += 1;
@@ -192,7 +181,7 @@ impl Comparison {
     /// Goes on to a later step; `false` where there is none of this number.
     fn go_to(&mut self, index: usize, found: &str) -> bool {
         let after = self.current.map_or(0, |current| current.index + 1);
-        if index >= self.expected.len() {
+        if index >= self.expected.steps() {
             self.differ(None, &format!("{found} came after the last"));
             return false;
         }
@@ -207,6 +196,7 @@ impl Comparison {
         if index > after {
             self.differ(Some(after), "it never came");
         }
+        self.expected.forget_before(index);
         self.current = Some(CurrentStep {
             index,
             next: 0,
@@ -218,7 +208,7 @@ impl Comparison {
     /// Counts the particle messages of the current step that did not come.
     fn lose_rest(&mut self) {
         if let Some(current) = &mut self.current
-            && let Some(expected) = self.expected.get(current.index)
+            && let Some(expected) = self.expected.step(current.index)
         {
             let rest = expected.particles.len().saturating_sub(current.next);
             self.lost_batches += rest as u64;
@@ -324,7 +314,10 @@ impl Comparison {
             .map(|found| found.text.clone())
             .collect();
         reasons.extend(self.differs_in_answers.clone());
-        let expected_steps = self.expected.len();
+        if let Some(error) = self.expected.failed() {
+            reasons.push(format!("the host's run could not be kept: {error}"));
+        }
+        let expected_steps = self.expected.steps();
         let ended = self
             .current
             .map_or(0, |current| current.index + usize::from(current.is_done));
@@ -338,7 +331,7 @@ impl Comparison {
         if !is_cut && ended < expected_steps {
             reasons.push(format!("{} steps never ended", expected_steps - ended));
         }
-        if self.next_break < self.breaks.len() {
+        if self.breaks < self.expected.breaks() {
             reasons.push("the odometry broke off more often in the host's run".to_owned());
         }
         if self.compared == 0 {

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::spool::Spool;
+
 use amiro_ipf::event::Event;
 use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received};
 
@@ -38,7 +40,7 @@ pub struct LineOutcome {
     pub frames: FrameTally,
     /// As the line knows.
     pub line: LineTally,
-    /// What arrived.
+    /// What arrived and was not [moved](LineRun::move_bytes) elsewhere.
     pub bytes: Vec<u8>,
 }
 
@@ -69,6 +71,13 @@ impl LineRun {
         let frame = self.encoder.encode(Outgoing::Event(event));
         self.line.send(frame, self.now);
         self.receiver.take(&self.line.receive(self.now), on_event);
+    }
+
+    /// Moves the bytes that have arrived so far to the end of a spool, so that a run of any
+    /// length takes no memory.
+    pub fn move_bytes(&mut self, spool: &mut Spool) {
+        spool.write(&self.receiver.bytes);
+        self.receiver.bytes.clear();
     }
 
     /// Waits for what is still on the way, and closes the account: the sender knows how

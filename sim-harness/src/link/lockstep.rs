@@ -10,12 +10,16 @@ use amiro_ipf::wire::Message;
 
 use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
+use crate::spool::Spool;
 
 /// How long the events of one input may keep coming: a whole step at 9600 baud.
 const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 
 /// Statuses come at 8 Hz: how long one is waited for.
 const STATUS_DEADLINE: Duration = Duration::from_millis(500);
+
+/// Inputs after which the raw bytes so far are moved to a spool.
+const RAW_EVERY: usize = 1024;
 
 /// What was wrong with a board's answers as such, whatever they say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,16 +46,31 @@ pub struct AnswerAudit {
 pub fn drive(
     board: &mut Board,
     inputs: &[Input],
+    on_event: impl FnMut(&Event),
+    on_answer: impl FnMut(usize, Option<Fault>),
+) -> Result<AnswerAudit, LinkError> {
+    drive_streamed(board, inputs.iter().copied(), on_event, on_answer, None)
+}
+
+/// As [`drive`], for inputs of any number: the board's raw bytes go to `raw`, if there is
+/// one, but for the last, which [`Board::take_raw`] gives.
+///
+/// # Errors
+/// As [`drive`].
+pub fn drive_streamed(
+    board: &mut Board,
+    inputs: impl IntoIterator<Item = Input>,
     mut on_event: impl FnMut(&Event),
     mut on_answer: impl FnMut(usize, Option<Fault>),
+    mut raw: Option<&mut Spool>,
 ) -> Result<AnswerAudit, LinkError> {
     let window = board
         .boot()
         .map_or(1, |boot| usize::from(boot.window.max(1)));
     let mut audit = AnswerAudit::default();
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
-    let mut rest = inputs.iter().enumerate();
-    let mut is_in_other_run = matches!(inputs.first(), Some(Input::Configure(_)));
+    let mut rest = inputs.into_iter().enumerate().peekable();
+    let mut is_in_other_run = matches!(rest.peek(), Some((_, Input::Configure(_))));
     let mut deadline = Instant::now() + ANSWER_DEADLINE;
     let mut last_deadline = Instant::now() + INPUT_DEADLINE;
     loop {
@@ -59,7 +78,7 @@ pub fn drive(
             let Some((index, input)) = rest.next() else {
                 break;
             };
-            waiting.push_back((index, board.send(input)?));
+            waiting.push_back((index, board.send(&input)?));
         }
         let Some(&(first, _)) = waiting.front() else {
             return Ok(audit);
@@ -102,6 +121,11 @@ pub fn drive(
         last_deadline = Instant::now() + INPUT_DEADLINE;
         deadline = Instant::now() + ANSWER_DEADLINE;
         on_answer(index, refused);
+        if index % RAW_EVERY == 0
+            && let Some(raw) = &mut raw
+        {
+            raw.write(&board.take_whole_raw());
+        }
     }
 }
 

@@ -9,6 +9,7 @@
 mod account;
 mod board;
 mod comparison;
+mod expected;
 mod greeting;
 #[cfg(unix)]
 mod hang_up;
@@ -35,7 +36,7 @@ pub use image::{Image, ImageError, Layout, build_image};
 pub use interrupt::Interrupt;
 pub use line::{LineFault, LineFaultError, LineFaults, LineTally, LossyLine, Window};
 pub use line_run::{LineOutcome, LineRun};
-pub use lockstep::{AnswerAudit, drive, listen};
+pub use lockstep::{AnswerAudit, drive, drive_streamed, listen};
 pub use memory::boot_on_host;
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use order::InOrder;

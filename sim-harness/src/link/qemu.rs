@@ -6,8 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 #[cfg(unix)]
-use super::hang_up;
-use super::{Board, Image, Layout, LinkError};
+use super::{Board, Image, Layout, LinkError, hang_up};
 
 /// QEMU's name for a board with an STM32F405.
 const MACHINE: &str = "netduinoplus2";

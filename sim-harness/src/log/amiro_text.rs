@@ -31,10 +31,10 @@ use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{SENSORS, Sample};
 
 use super::amiro_header::{COLUMNS, check, fields};
-use super::draft::{Draft, Sender};
-use super::plausibility::{Claimed, doubt_rows};
+use super::plausibility::{Claimed, RowCheck};
+use super::rules::{Rules, Sender};
 use super::source::{Piece, Source};
-use super::{Format, LogError, Place, Problem, Reason, Recording};
+use super::{LogError, Place, Problem, Reason};
 use crate::escape::escaped;
 
 /// Longest line; a longer one is skipped to its end.
@@ -79,61 +79,73 @@ struct Used {
     row: Row,
 }
 
-/// Reads a source of AMiRo's text to its end.
-///
-/// # Errors
-/// A source that cannot be read, that does not begin with the header, or that shows
-/// none in its first MiB.
-pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogError> {
-    let mut draft = Draft::new(Format::AmiroText);
-    let mut bytes = Vec::new();
-    let mut line = 0;
-    let mut has_header = false;
-    let mut used = None;
-    while let Some(piece) = source.read_piece(b'\n', MOST_LINE, &mut bytes)? {
-        line += 1;
-        let place = Place::Line(line);
-        let text = match text_of(&bytes, piece, line) {
+/// How far AMiRo's text has been read.
+#[derive(Debug, Default)]
+pub(super) struct Lines {
+    bytes: Vec<u8>,
+    /// Number of the last line.
+    line: u64,
+    has_header: bool,
+    used: Option<Used>,
+}
+
+impl Lines {
+    /// Reads the next line; breaks at the end of the source or of its run.
+    ///
+    /// # Errors
+    /// A source that cannot be read, that does not begin with the header, or that shows
+    /// none in its first MiB.
+    pub(super) fn read_one<R: Read>(
+        &mut self,
+        source: &mut Source<R>,
+        rules: &mut Rules,
+    ) -> Result<ControlFlow<()>, LogError> {
+        let Some(piece) = source.read_piece(b'\n', MOST_LINE, &mut self.bytes)? else {
+            return Ok(ControlFlow::Break(()));
+        };
+        self.line += 1;
+        let place = Place::Line(self.line);
+        let text = match text_of(&self.bytes, piece, self.line) {
             Ok(text) => text,
             Err(flaw) => {
-                draft.refuse(place, flaw.reason, flaw.text);
-                continue;
+                rules.refuse(place, flaw.reason, flaw.text);
+                return Ok(ControlFlow::Continue(()));
             }
         };
-        if !has_header {
+        if !self.has_header {
             check(text, source.head()).map_err(|problem| source.error(Some(place), problem))?;
-            has_header = true;
+            self.has_header = true;
             source.trust();
-            continue;
+            return Ok(ControlFlow::Continue(()));
         }
         let (row, is_joined) = split_at_header(text);
         let is_ended = piece.is_ended && !is_joined;
         let taken = match row.map(|row| parse(row, is_ended)) {
-            Some(Ok(row)) => take(&mut draft, &mut used, line, row),
+            Some(Ok(row)) => take(rules, &mut self.used, self.line, row),
             Some(Err(flaw)) => {
-                draft.refuse(place, flaw.reason, flaw.text);
+                rules.refuse(place, flaw.reason, flaw.text);
                 ControlFlow::Continue(())
             }
             None => ControlFlow::Continue(()),
         };
         if is_joined {
             let text = "a second header: what follows is another run";
-            draft.refuse(place, Reason::SecondRun, text);
-            break;
+            rules.refuse(place, Reason::SecondRun, text);
+            return Ok(ControlFlow::Break(()));
         }
-        if taken.is_break() {
-            break;
-        }
+        Ok(taken)
     }
-    Ok(draft.finish())
 }
 
 /// What the first rows of a source look like of which none was used: decimal fractions,
 /// perhaps, of larger units.
-pub(super) fn doubt(head: &[u8]) -> Option<String> {
+pub(super) fn unit_check(head: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(head);
-    let rows: Vec<Claimed> = text.lines().filter_map(claimed).collect();
-    doubt_rows(&rows, false)
+    let mut check = RowCheck::default();
+    text.lines()
+        .filter_map(claimed)
+        .for_each(|row| check.take(row));
+    check.finish(false)
 }
 
 /// The pose of a line of eleven numbers, whether integers or not.
@@ -249,12 +261,12 @@ fn integer(column: &str, text: &str, least: i64, most: i64) -> Result<i64, Flaw>
 }
 
 /// Makes a row's two inputs, unless it is the row before again.
-fn take(draft: &mut Draft, used: &mut Option<Used>, line: u64, row: Row) -> ControlFlow<()> {
+fn take(rules: &mut Rules, used: &mut Option<Used>, line: u64, row: Row) -> ControlFlow<()> {
     let place = Place::Line(line);
     let stamp_us = match used {
         Some(last) if last.row == row => {
             let text = format_args!("repeats line {}", last.line);
-            draft.refuse(place, Reason::Repeated, text);
+            rules.refuse(place, Reason::Repeated, text);
             return ControlFlow::Continue(());
         }
         Some(last) => last
@@ -268,9 +280,9 @@ fn take(draft: &mut Draft, used: &mut Option<Used>, line: u64, row: Row) -> Cont
         row,
     });
     let pose = row.pose();
-    draft.take_input(place, Sender::Host, Input::Odometry { stamp_us, pose })?;
+    rules.take_input(place, Sender::Host, Input::Odometry { stamp_us, pose })?;
     let samples = row.samples();
-    draft.take_input(place, Sender::Host, Input::Proximity { stamp_us, samples })
+    rules.take_input(place, Sender::Host, Input::Proximity { stamp_us, samples })
 }
 
 impl Row {

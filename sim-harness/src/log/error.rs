@@ -41,6 +41,8 @@ pub enum Problem {
     },
     /// Every line or frame of it was refused.
     NothingUsable(Refusals),
+    /// It was written to while it was read.
+    Changed,
 }
 
 impl LogError {
@@ -102,6 +104,7 @@ impl fmt::Display for Problem {
                  which are micrometres and microradians"
             ),
             Self::ImplausibleUnits { found } => f.write_str(found),
+            Self::Changed => f.write_str("changed while it was read"),
             Self::NothingUsable(refusals) if refusals.is_empty() => {
                 f.write_str("holds no row and no frame to use")
             }

@@ -8,26 +8,35 @@
 //! One bad line or frame costs that line or frame: it is refused with its place and
 //! reason, and what is left is used. A source that has nothing usable at all is a
 //! [`LogError`]. Memory is bounded whatever a source holds: 64 KiB a line, 128 bytes
-//! a frame, 64 KiB of scenario, 4 KiB of faults, [`MOST_BYTES`] of entries in all.
+//! a frame, 64 KiB of scenario, 4 KiB of faults.
+//!
+//! A [`StoredRecording`] stays on the disk: it is read once for its [`Overview`] and once
+//! more for each kind of rows that is wanted, and may be of any length. [`read`] collects
+//! all rows in memory, [`MOST_BYTES`] at most.
 
 mod amiro_header;
 mod amiro_text;
-mod draft;
+mod entries;
 mod error;
 mod origin;
+mod overview;
+mod percentile;
 mod plausibility;
 mod reader;
 mod recording;
 mod refusals;
+mod rules;
 mod sequence;
 mod source;
+mod stored;
 mod stream;
 mod writer;
 
-pub use draft::MOST_BYTES;
 pub use error::{LogError, Problem};
 pub(crate) use origin::{DECIDING_BYTES, is_of_a_robot};
-pub use reader::{read, read_from};
+pub use overview::Overview;
+pub use reader::{MOST_BYTES, read, read_from};
 pub use recording::{Format, GroundTruth, Recording};
 pub use refusals::{Place, Reason, Refusal, Refusals};
+pub use stored::{Rows, StoredRecording};
 pub use writer::RecordingWriter;

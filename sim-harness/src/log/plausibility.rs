@@ -16,7 +16,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::{SENSORS, Sample};
 
-use super::{Format, Recording};
+use super::Format;
+use super::percentile::Percentile;
 
 /// Poses, and windows of time, below which nothing is judged.
 const FEWEST: usize = 10;
@@ -56,23 +57,40 @@ impl Claimed {
     }
 }
 
-/// What the numbers of a recording look like, if not like what they claim.
-pub(super) fn doubt(recording: &Recording) -> Option<String> {
-    match recording.format {
-        Format::Stream => doubt_speeds(&recording.inputs),
-        Format::AmiroText => {
-            let poses: Vec<Claimed> = recording.inputs.iter().filter_map(claimed).collect();
-            doubt_rows(&poses, sees_something_move(&recording.inputs))
-        }
-    }
+/// Looks at a recording's inputs one after another, in bounded memory.
+#[derive(Clone, Debug)]
+pub(super) enum UnitCheck {
+    Speeds(SpeedCheck),
+    Rows(Box<RowCheck>, MotionCheck),
 }
 
-/// The same for rows of AMiRo's text; `sees_motion` is whether readings change.
-pub(super) fn doubt_rows(rows: &[Claimed], sees_motion: bool) -> Option<String> {
-    if rows.len() < FEWEST {
-        return None;
+impl UnitCheck {
+    pub(super) fn new(format: Format) -> Self {
+        match format {
+            Format::Stream => Self::Speeds(SpeedCheck::default()),
+            Format::AmiroText => Self::Rows(Box::default(), MotionCheck::default()),
+        }
     }
-    doubt_places(rows, sees_motion).or_else(|| doubt_headings(rows))
+
+    pub(super) fn take(&mut self, input: &Input) {
+        match self {
+            Self::Speeds(speeds) => speeds.take(input),
+            Self::Rows(rows, motion) => {
+                if let Some(row) = claimed(input) {
+                    rows.take(row);
+                }
+                motion.take(input);
+            }
+        }
+    }
+
+    /// What the numbers look like, if not like what they claim.
+    pub(super) fn finish(&self) -> Option<String> {
+        match self {
+            Self::Speeds(speeds) => speeds.finish(),
+            Self::Rows(rows, motion) => rows.finish(motion.is_seen()),
+        }
+    }
 }
 
 /// A text's pose; its heading again from 0 to 2 pi, as the text has it.
@@ -90,21 +108,29 @@ fn claimed(input: &Input) -> Option<Claimed> {
     })
 }
 
-fn sees_something_move(inputs: &[Input]) -> bool {
-    let mut range: [Option<(i32, i32)>; SENSORS] = [None; SENSORS];
-    for input in inputs {
+/// Whether a sensor's readings change.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MotionCheck {
+    range: [Option<(i32, i32)>; SENSORS],
+}
+
+impl MotionCheck {
+    fn take(&mut self, input: &Input) {
         let Input::Proximity { samples, .. } = input else {
-            continue;
+            return;
         };
-        for (range, sample) in range.iter_mut().zip(samples) {
+        for (range, sample) in self.range.iter_mut().zip(samples) {
             if let Sample::Counts(counts) = *sample {
                 let (least, most) = range.unwrap_or((counts, counts));
                 *range = Some((least.min(counts), most.max(counts)));
             }
         }
     }
-    let changes = |(least, most): &(i32, i32)| most.abs_diff(*least) > LEAST_CHANGE as u32;
-    range.iter().flatten().any(changes)
+
+    fn is_seen(&self) -> bool {
+        let changes = |(least, most): &(i32, i32)| most.abs_diff(*least) > LEAST_CHANGE as u32;
+        self.range.iter().flatten().any(changes)
+    }
 }
 
 /// Units of length that somebody may have meant: metres each, and the name.
@@ -128,82 +154,153 @@ fn nearest_length(claimed_m: f64, claimed_speed: f64) -> &'static str {
         .map_or("another unit", |(_, name)| name)
 }
 
-/// The value that so many of a hundred do not exceed.
-fn percentile(mut values: Vec<f64>, percent: usize) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() * percent / 100).copied()
+/// The speeds of a stream, by its stamps and wheels.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SpeedCheck {
+    /// Where the current window of time began.
+    begin: Option<(u64, Claimed)>,
+    /// Speeds, standing included.
+    count: usize,
+    /// Those of a robot that moves.
+    moving: Percentile,
 }
 
-fn doubt_speeds(inputs: &[Input]) -> Option<String> {
-    let mut speeds = Vec::new();
-    let mut begin: Option<(u64, Claimed)> = None;
-    for input in inputs {
+impl SpeedCheck {
+    fn take(&mut self, input: &Input) {
         match input {
-            Input::Wheels { speeds: wheels, .. } => {
-                let both = f64::from(wheels.left_m_per_s) + f64::from(wheels.right_m_per_s);
-                speeds.push(0.5 * both.abs());
+            Input::Wheels { speeds, .. } => {
+                let both = f64::from(speeds.left_m_per_s) + f64::from(speeds.right_m_per_s);
+                self.take_speed(0.5 * both.abs());
             }
             Input::Odometry { stamp_us, .. } => {
-                let pose = claimed(input)?;
-                let Some((began_us, before)) = begin else {
-                    begin = Some((*stamp_us, pose));
-                    continue;
-                };
-                let time_us = stamp_us.saturating_sub(began_us);
-                if time_us < WINDOW_US {
-                    continue;
+                if let Some(pose) = claimed(input) {
+                    self.take_pose(*stamp_us, pose);
                 }
-                if time_us <= MOST_WINDOW_US {
-                    speeds.push(before.distance(&pose) / (time_us as f64 * 1e-6));
-                }
-                begin = Some((*stamp_us, pose));
             }
             _ => {}
         }
     }
-    if speeds.len() < FEWEST {
-        return None;
+
+    fn take_pose(&mut self, stamp_us: u64, pose: Claimed) {
+        let Some((began_us, before)) = self.begin else {
+            self.begin = Some((stamp_us, pose));
+            return;
+        };
+        let time_us = stamp_us.saturating_sub(began_us);
+        if time_us < WINDOW_US {
+            return;
+        }
+        if time_us <= MOST_WINDOW_US {
+            self.take_speed(before.distance(&pose) / (time_us as f64 * 1e-6));
+        }
+        self.begin = Some((stamp_us, pose));
     }
-    // Units are wrong for all of a drive, a broken bus for a part of it: half of the
-    // time in which the robot moves must be too fast.
-    speeds.retain(|speed| *speed > 0.0);
-    let speed = percentile(speeds, 50)?;
-    (speed > MOST_SPEED).then(|| {
-        let unit = nearest_length(1.0, speed);
-        format!("positions and speeds look like {unit}: in metres the robot does {speed:.1} m/s")
-    })
+
+    fn take_speed(&mut self, speed: f64) {
+        self.count += 1;
+        if speed > 0.0 {
+            self.moving.take(speed);
+        }
+    }
+
+    fn finish(&self) -> Option<String> {
+        if self.count < FEWEST {
+            return None;
+        }
+        // Units are wrong for all of a drive, a broken bus for a part of it: half of the
+        // time in which the robot moves must be too fast.
+        let speed = self.moving.of(50)?;
+        (speed > MOST_SPEED).then(|| {
+            let unit = nearest_length(1.0, speed);
+            format!(
+                "positions and speeds look like {unit}: in metres the robot does {speed:.1} m/s"
+            )
+        })
+    }
 }
 
-fn doubt_places(rows: &[Claimed], sees_motion: bool) -> Option<String> {
-    let steps: Vec<f64> = rows
-        .windows(2)
-        .filter_map(|pair| Some(pair.first()?.distance(pair.last()?)))
-        .filter(|step| *step > 0.0)
-        .collect();
-    let path: f64 = steps.iter().sum();
-    let Some(step) = percentile(steps, 90) else {
-        let rim = rows
-            .first()
-            .map_or(0.0, |row| row.x_m.abs().max(row.y_m.abs()));
-        let stands_within_a_step = rim > 0.0 && rim < 2.0 * HALF_STEP_M;
-        return (stands_within_a_step && sees_motion).then(|| {
-            let place = rim * 1e6;
-            format!(
-                "X and Y look like metres: the readings change and the robot stays within \
-                 {place:.0} um, less than a step of its odometry"
-            )
-        });
-    };
-    let mean = path / (rows.len() - 1) as f64;
-    if step >= HALF_STEP_M {
-        return None;
+/// The poses of AMiRo's text, row by row.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RowCheck {
+    count: usize,
+    first: Option<Claimed>,
+    last: Option<Claimed>,
+    /// Distances between rows, without those of 0.
+    steps: Percentile,
+    path_m: f64,
+    most_urad: f64,
+    chords: Chords,
+}
+
+impl RowCheck {
+    pub(super) fn take(&mut self, row: Claimed) {
+        self.count += 1;
+        self.first.get_or_insert(row);
+        if let Some(last) = self.last.replace(row) {
+            let step = last.distance(&row);
+            if step > 0.0 {
+                self.steps.take(step);
+                self.path_m += step;
+            }
+        }
+        self.most_urad = self.most_urad.max(row.heading_rad * 1e6);
+        self.chords.take(row);
     }
-    let unit = nearest_length(1e-6, mean / ROW_S);
-    let step_um = step * 1e6;
-    Some(format!(
-        "X and Y look like {unit}: in micrometres the robot moves {step_um:.3} um a row, \
-         and a step of its odometry is 256 um"
-    ))
+
+    /// What the numbers look like, if not like what they claim; `sees_motion` is whether
+    /// readings change.
+    pub(super) fn finish(&self, sees_motion: bool) -> Option<String> {
+        if self.count < FEWEST {
+            return None;
+        }
+        self.check_places(sees_motion)
+            .or_else(|| self.check_headings())
+    }
+
+    fn check_places(&self, sees_motion: bool) -> Option<String> {
+        let Some(step) = self.steps.of(90) else {
+            let rim = self
+                .first
+                .map_or(0.0, |row| row.x_m.abs().max(row.y_m.abs()));
+            let stands_within_a_step = rim > 0.0 && rim < 2.0 * HALF_STEP_M;
+            return (stands_within_a_step && sees_motion).then(|| {
+                let place = rim * 1e6;
+                format!(
+                    "X and Y look like metres: the readings change and the robot stays within \
+                     {place:.0} um, less than a step of its odometry"
+                )
+            });
+        };
+        let mean = self.path_m / (self.count - 1) as f64;
+        if step >= HALF_STEP_M {
+            return None;
+        }
+        let unit = nearest_length(1e-6, mean / ROW_S);
+        let step_um = step * 1e6;
+        Some(format!(
+            "X and Y look like {unit}: in micrometres the robot moves {step_um:.3} um a row, \
+             and a step of its odometry is 256 um"
+        ))
+    }
+
+    fn check_headings(&self) -> Option<String> {
+        let angle = self.chords.mean_angle(0)?;
+        if angle <= MOST_ANGLE {
+            return None;
+        }
+        let (better, unit) = (1..)
+            .zip(ANGLES)
+            .filter(|(_, (_, turn, _, _))| self.most_urad <= *turn)
+            .filter_map(|(unit, (_, _, rounding, name))| {
+                let better = self.chords.mean_angle(unit)?;
+                (better <= MOST_ANGLE + rounding).then_some((better, name))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!(
+            "Theta looks like {unit}: in microradians the robot looks {angle:.2} rad off its \
+             course, in {unit} {better:.2}"
+        ))
+    }
 }
 
 /// Units of angle that somebody may have meant: radians each, the most of a turn in
@@ -215,46 +312,39 @@ const ANGLES: [(f64, f64, f64, &str); 3] = [
     (1.0, 7.0, 0.5, "radians"),
 ];
 
-fn doubt_headings(rows: &[Claimed]) -> Option<String> {
-    let angle = mean_angle(rows, 1.0)?;
-    if angle <= MOST_ANGLE {
-        return None;
-    }
-    let most_urad = rows
-        .iter()
-        .map(|row| row.heading_rad * 1e6)
-        .fold(0.0, f64::max);
-    let (better, unit) = ANGLES
-        .into_iter()
-        .filter(|(_, turn, _, _)| most_urad <= *turn)
-        .filter_map(|(unit_rad, _, rounding, name)| {
-            let better = mean_angle(rows, unit_rad / 1e-6)?;
-            (better <= MOST_ANGLE + rounding).then_some((better, name))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!(
-        "Theta looks like {unit}: in microradians the robot looks {angle:.2} rad off its \
-         course, in {unit} {better:.2}"
-    ))
+/// The angles between the course of each piece of way and the heading, in the claimed unit
+/// and in each of [`ANGLES`].
+#[derive(Clone, Debug, Default)]
+struct Chords {
+    begin: Option<Claimed>,
+    count: usize,
+    sums: [f64; 1 + ANGLES.len()],
 }
 
-/// The mean angle between the course of each piece of way and the heading times
-/// `scale`; `None` when there are too few.
-fn mean_angle(rows: &[Claimed], scale: f64) -> Option<f64> {
-    let mut angles = Vec::new();
-    let mut begin = *rows.first()?;
-    for row in rows {
-        if begin.distance(row) < CHORD_M {
-            continue;
+impl Chords {
+    fn take(&mut self, row: Claimed) {
+        let begin = *self.begin.get_or_insert(row);
+        if begin.distance(&row) < CHORD_M {
+            return;
         }
+        self.begin = Some(row);
+        self.count += 1;
         let course = (row.y_m - begin.y_m).atan2(row.x_m - begin.x_m);
-        let turn = wrapped((row.heading_rad - begin.heading_rad) * scale, TAU);
-        let heading = begin.heading_rad * scale + 0.5 * turn;
-        // Backward is along the way too.
-        angles.push(wrapped(course - heading, PI).abs().min(FRAC_PI_2));
-        begin = *row;
+        let scales = core::iter::once(1.0).chain(ANGLES.map(|(unit_rad, ..)| unit_rad / 1e-6));
+        for (sum, scale) in self.sums.iter_mut().zip(scales) {
+            let turn = wrapped((row.heading_rad - begin.heading_rad) * scale, TAU);
+            let heading = begin.heading_rad * scale + 0.5 * turn;
+            // Backward is along the way too.
+            *sum += wrapped(course - heading, PI).abs().min(FRAC_PI_2);
+        }
     }
-    (angles.len() >= FEWEST_CHORDS).then(|| angles.iter().sum::<f64>() / angles.len() as f64)
+
+    /// The mean angle in the claimed unit, 0, or in one of [`ANGLES`], from 1; `None` when
+    /// there are too few.
+    fn mean_angle(&self, unit: usize) -> Option<f64> {
+        let sum = self.sums.get(unit)?;
+        (self.count >= FEWEST_CHORDS).then(|| sum / self.count as f64)
+    }
 }
 
 /// The angle nearest to zero that differs by whole periods.

@@ -49,20 +49,6 @@ pub struct Recording {
     pub segments: usize,
 }
 
-impl Recording {
-    pub(super) fn new(format: Format) -> Self {
-        Self {
-            config: None,
-            inputs: Vec::new(),
-            truth: None,
-            events: Vec::new(),
-            refusals: Refusals::default(),
-            format,
-            segments: 0,
-        }
-    }
-}
-
 /// What a simulator knows and a robot does not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroundTruth {
@@ -72,6 +58,7 @@ pub struct GroundTruth {
     pub scenario: Option<String>,
     /// What was broken on purpose, each text with the seed of what was random about it.
     pub faults: Vec<(String, u64)>,
-    /// Where the robot really was: stamps in microseconds, never decreasing.
+    /// Where the robot really was: stamps in microseconds, never decreasing. Empty in an
+    /// [`Overview`](super::Overview).
     pub poses: Vec<(u64, Pose)>,
 }

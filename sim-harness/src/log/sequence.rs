@@ -27,17 +27,21 @@ pub(super) struct Sequences {
 impl Sequences {
     /// Takes the next frame: its boot id, its number, its bytes as they were written.
     pub(super) fn follow(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> Continuity {
-        let before = self.last.insert(boot_id, (sequence, bytes.to_vec()));
-        let Some((last, last_bytes)) = before else {
+        let Some((last, last_bytes)) = self.last.get_mut(&boot_id) else {
+            self.last.insert(boot_id, (sequence, bytes.to_vec()));
             return Continuity::Next;
         };
-        match sequence.wrapping_sub(last) {
+        let continuity = match sequence.wrapping_sub(*last) {
             0 if last_bytes == bytes => Continuity::Again,
             1 => Continuity::Next,
             // The upper half of the circle, and the same number on another frame.
             0 | 0x8000.. => Continuity::Earlier,
             ahead => Continuity::Lost(ahead - 1),
-        }
+        };
+        *last = sequence;
+        last_bytes.clear();
+        last_bytes.extend_from_slice(bytes);
+        continuity
     }
 }
 

@@ -89,7 +89,7 @@ impl<R: Read> Source<R> {
             let end = chunk.iter().position(|byte| *byte == delimiter);
             let taken = chunk.get(..end.unwrap_or(chunk.len())).unwrap_or(chunk);
             let kept = taken.len().min(cap - bytes.len());
-            bytes.extend(taken.iter().take(kept));
+            bytes.extend_from_slice(taken.get(..kept).unwrap_or_default());
             piece.is_ended = end.is_some();
             piece.is_too_long |= kept < taken.len();
             let used = taken.len() + usize::from(piece.is_ended);

@@ -10,10 +10,10 @@ use std::ops::ControlFlow;
 
 use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
 
-use super::draft::{Draft, Sender};
+use super::rules::{Rules, Sender};
 use super::sequence::{Continuity, Sequences};
 use super::source::Source;
-use super::{Format, LogError, Place, Reason, Recording};
+use super::{LogError, Place, Reason};
 
 /// Most bytes between two zero bytes of good frames.
 const MOST_ENCODED: usize = MAX_FRAME - 1;
@@ -49,6 +49,16 @@ struct Pieces {
     faults: FaultTexts,
 }
 
+/// How far a source of frames has been read.
+#[derive(Debug, Default)]
+pub(super) struct Frames {
+    sequences: Sequences,
+    pieces: Pieces,
+    bytes: Vec<u8>,
+    /// The last frame as it was read: it is decoded in place.
+    encoded: Vec<u8>,
+}
+
 /// Whether the beginning of a source holds a frame, or at least begins as one would.
 pub(super) fn is_stream(head: &[u8]) -> bool {
     head.first() == Some(&0)
@@ -57,38 +67,44 @@ pub(super) fn is_stream(head: &[u8]) -> bool {
             .any(|piece| Frame::decode(&mut piece.to_vec()).is_ok())
 }
 
-/// Reads a source of frames to its end.
-///
-/// # Errors
-/// A source that cannot be read, or that shows no frame in its first MiB.
-pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogError> {
-    let mut draft = Draft::new(Format::Stream);
-    let mut sequences = Sequences::default();
-    let mut pieces = Pieces::default();
-    let mut bytes = Vec::with_capacity(MAX_FRAME);
-    // One byte beyond the longest frame, so that its decoder sees that it is too long.
-    while let Some(piece) = source.read_piece(0, MOST_ENCODED + 1, &mut bytes)? {
-        if bytes.is_empty() {
-            continue;
+impl Frames {
+    /// Reads the next frame; breaks at the end of the source or of its run.
+    ///
+    /// # Errors
+    /// A source that cannot be read, or that shows no frame in its first MiB.
+    pub(super) fn read_one<R: Read>(
+        &mut self,
+        source: &mut Source<R>,
+        rules: &mut Rules,
+    ) -> Result<ControlFlow<()>, LogError> {
+        // One byte beyond the longest frame, so that its decoder sees that it is too long.
+        let Some(piece) = source.read_piece(0, MOST_ENCODED + 1, &mut self.bytes)? else {
+            return Ok(ControlFlow::Break(()));
+        };
+        if self.bytes.is_empty() {
+            return Ok(ControlFlow::Continue(()));
         }
         let place = Place::Byte(piece.start);
-        let encoded = bytes.clone();
-        let frame = match Frame::decode(&mut bytes) {
-            Ok(frame) => frame,
-            Err(error) if piece.is_ended => {
-                draft.refuse(place, Reason::Broken(error), error);
-                continue;
+        self.encoded.clone_from(&self.bytes);
+        match Frame::decode(&mut self.bytes) {
+            Ok(frame) => {
+                source.trust();
+                return Ok(self.take(rules, place, frame));
             }
-            Err(_) => {
-                draft.refuse(place, Reason::Cut, "the source ends within a frame");
-                continue;
-            }
-        };
-        source.trust();
-        let continuity = sequences.follow(frame.boot_id, frame.sequence, &encoded);
-        report(&mut draft, place, frame.sequence, continuity);
+            Err(error) if piece.is_ended => rules.refuse(place, Reason::Broken(error), error),
+            Err(_) => rules.refuse(place, Reason::Cut, "the source ends within a frame"),
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Takes a frame; breaks when nothing after it may be used.
+    fn take(&mut self, rules: &mut Rules, place: Place, frame: Frame) -> ControlFlow<()> {
+        let continuity = self
+            .sequences
+            .follow(frame.boot_id, frame.sequence, &self.encoded);
+        report(rules, place, frame.sequence, continuity);
         if continuity == Continuity::Again {
-            continue;
+            return ControlFlow::Continue(());
         }
         let sender = if frame.boot_id < BEYOND_BOARDS {
             Sender::Board
@@ -96,24 +112,26 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
             Sender::Host
         };
         if begins_a_recording(&frame.message) {
-            if draft.has_begun() {
+            if rules.has_begun() {
                 let text = "the truth of another simulation: what follows is another run";
-                draft.refuse(place, Reason::SecondRun, text);
-                break;
+                rules.refuse(place, Reason::SecondRun, text);
+                return ControlFlow::Break(());
             }
             if continuity == Continuity::Earlier {
                 // A recording that ended before its configuration lies in front.
-                pieces = Pieces::default();
-                draft.forget_truth(place);
+                self.pieces = Pieces::default();
+                rules.forget_truth(place);
             }
         }
-        if take(&mut draft, &mut pieces, place, (sender, frame.message)).is_break() {
-            break;
-        }
+        take(rules, &mut self.pieces, place, (sender, frame.message))
     }
-    pieces.scenario.finish(&mut draft);
-    pieces.faults.finish(&mut draft);
-    Ok(draft.finish())
+
+    /// Takes what came in pieces, at the end of the source.
+    pub(super) fn finish(&mut self, rules: &mut Rules) {
+        let Pieces { scenario, faults } = std::mem::take(&mut self.pieces);
+        scenario.finish(rules);
+        faults.finish(rules);
+    }
 }
 
 /// Whether a message stands in front of the configuration of a simulated recording only.
@@ -124,42 +142,42 @@ fn begins_a_recording(message: &Message) -> bool {
     )
 }
 
-fn report(draft: &mut Draft, place: Place, sequence: u16, continuity: Continuity) {
+fn report(rules: &mut Rules, place: Place, sequence: u16, continuity: Continuity) {
     match continuity {
         Continuity::Next => {}
         Continuity::Lost(frames) => {
             let text = format_args!("{frames} frames lost");
-            draft.refuse(place, Reason::Lost, text);
+            rules.refuse(place, Reason::Lost, text);
         }
         Continuity::Again => {
             let text = format_args!("repeats frame {sequence}");
-            draft.refuse(place, Reason::Repeated, text);
+            rules.refuse(place, Reason::Repeated, text);
         }
         Continuity::Earlier => {
             let text = format_args!("the sender starts over at frame {sequence}");
-            draft.refuse(place, Reason::StartedOver, text);
+            rules.refuse(place, Reason::StartedOver, text);
         }
     }
 }
 
 fn take(
-    draft: &mut Draft,
+    rules: &mut Rules,
     pieces: &mut Pieces,
     place: Place,
     (sender, message): (Sender, Message),
 ) -> ControlFlow<()> {
     match message {
-        Message::Input(input) => draft.take_input(place, sender, input)?,
-        Message::Event(event) => draft.take_event(place, event)?,
+        Message::Input(input) => rules.take_input(place, sender, input)?,
+        Message::Event(event) => rules.take_event(place, event)?,
         Message::Truth(Truth::Pose { stamp_us, pose }) => {
-            draft.take_true_pose(place, stamp_us, pose)?;
+            rules.take_true_pose(place, stamp_us, pose)?;
         }
         Message::Truth(Truth::Scenario(chunk)) => pieces.scenario.extend(place, &chunk),
         Message::Truth(Truth::Faults { seed, text }) => pieces.faults.extend(place, seed, &text),
         Message::Truth(Truth::Seed(seed)) => {
-            let kept = *draft.truth().seed.get_or_insert(seed);
+            let kept = *rules.truth().seed.get_or_insert(seed);
             if kept != seed {
-                draft.refuse(place, Reason::Repeated, "a second seed");
+                rules.refuse(place, Reason::Repeated, "a second seed");
             }
         }
     }
@@ -176,14 +194,14 @@ impl Scenario {
     }
 
     /// Hands the joined text over; half a scenario would be another one.
-    fn finish(self, draft: &mut Draft) {
+    fn finish(self, rules: &mut Rules) {
         let Some(place) = self.begins else {
             return;
         };
         match String::from_utf8(self.bytes) {
-            Ok(text) if !self.is_too_long => draft.truth().scenario = Some(text),
-            Ok(_) => draft.refuse(place, Reason::BadScenario, "a scenario of more than 64 KiB"),
-            Err(error) => draft.refuse(place, Reason::BadScenario, error.utf8_error()),
+            Ok(text) if !self.is_too_long => rules.truth().scenario = Some(text),
+            Ok(_) => rules.refuse(place, Reason::BadScenario, "a scenario of more than 64 KiB"),
+            Err(error) => rules.refuse(place, Reason::BadScenario, error.utf8_error()),
         }
     }
 }
@@ -203,16 +221,16 @@ impl FaultTexts {
     }
 
     /// Hands the texts over; half of one would be another one.
-    fn finish(self, draft: &mut Draft) {
+    fn finish(self, rules: &mut Rules) {
         if let Some(place) = self.too_long {
             let text = "more than 4 KiB of faults: none are told";
-            draft.refuse(place, Reason::BadFaults, text);
+            rules.refuse(place, Reason::BadFaults, text);
             return;
         }
         for (place, seed, bytes) in self.texts {
             match String::from_utf8(bytes) {
-                Ok(text) => draft.truth().faults.push((text, seed)),
-                Err(error) => draft.refuse(place, Reason::BadFaults, error.utf8_error()),
+                Ok(text) => rules.truth().faults.push((text, seed)),
+                Err(error) => rules.refuse(place, Reason::BadFaults, error.utf8_error()),
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Writing a recording: the bytes of the link, frame by frame.
 
-use std::io::{Error, Write};
+use std::io::{BufRead, Error, Write};
 
 use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, Truth};
@@ -98,10 +98,28 @@ impl<W: Write> RecordingWriter<W> {
     /// # Errors
     /// What `W` says.
     pub fn write_frames(&mut self, frames: &[u8]) -> Result<(), Error> {
-        self.write.write_all(frames)?;
-        match frames.last() {
-            None | Some(0) => Ok(()),
-            Some(_) => self.write.write_all(&[0]),
+        self.write_frames_of(frames)
+    }
+
+    /// The same for frames that are read from somewhere.
+    ///
+    /// # Errors
+    /// What `W` or the reader says.
+    pub fn write_frames_of(&mut self, mut frames: impl BufRead) -> Result<(), Error> {
+        let mut last = 0;
+        loop {
+            let bytes = frames.fill_buf()?;
+            let Some(&end) = bytes.last() else {
+                break;
+            };
+            last = end;
+            self.write.write_all(bytes)?;
+            let length = bytes.len();
+            frames.consume(length);
+        }
+        match last {
+            0 => Ok(()),
+            _ => self.write.write_all(&[0]),
         }
     }
 

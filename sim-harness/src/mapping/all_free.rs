@@ -46,7 +46,8 @@ impl Mapper for AllFreeMapper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::{Scores, standard};
+    use crate::evaluation::Scores;
+    use crate::world::standard;
 
     #[test]
     fn the_map_that_is_free_everywhere_has_less_error_than_walls_and_finds_none() {

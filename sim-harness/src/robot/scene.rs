@@ -90,7 +90,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::standard;
+    use crate::world::standard;
 
     #[test]
     fn a_count_does_not_depend_on_what_was_asked_before() {

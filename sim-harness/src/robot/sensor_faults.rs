@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{Robot, RobotDrive, RobotFaults, Trouble, drive, map};
 use crate::RunError;
-use crate::evaluation::{Figure, Scores, Spread};
+use crate::evaluation::{MeanStd, Number, Scores};
 use crate::world::{Drive, Options, Scenario};
 
 /// How one sensor is broken from some time of a drive on.
@@ -83,19 +83,19 @@ pub struct SensorFaultRow {
     /// What was broken; `None` for nothing.
     pub trouble: Option<SensorTrouble>,
     /// Overall error at the best wall expansion.
-    pub oe: Spread,
+    pub oe: MeanStd,
     /// Overall error with the walls as they are.
-    pub oe_unexpanded: Spread,
+    pub oe_unexpanded: MeanStd,
     /// True positive rate.
-    pub tpr: Spread,
+    pub tpr: MeanStd,
     /// False positive rate.
-    pub fpr: Spread,
+    pub fpr: MeanStd,
     /// Share of the visible surface that is found.
-    pub surface_recall: Spread,
+    pub surface_recall: MeanStd,
     /// Share of the visible free space that is classified.
-    pub coverage: Spread,
+    pub coverage: MeanStd,
     /// Overall error less that of the same drive without trouble.
-    pub loss: Spread,
+    pub loss: MeanStd,
     /// The largest of these, and its seed.
     pub worst: Option<(f64, u64)>,
 }
@@ -180,7 +180,7 @@ fn row(
 ) -> SensorFaultRow {
     let spread = |figure: fn(&Scores) -> Option<f64>| {
         let figures = drives.iter().map(|drive| figure(&drive[column]));
-        Spread::of(&figures.collect::<Vec<_>>())
+        MeanStd::of(&figures.collect::<Vec<_>>())
     };
     let losses: Vec<Option<f64>> = drives
         .iter()
@@ -198,7 +198,7 @@ fn row(
         fpr: spread(|scores| scores.fpr),
         surface_recall: spread(|scores| scores.surface_recall),
         coverage: spread(|scores| scores.coverage),
-        loss: Spread::of(&losses),
+        loss: MeanStd::of(&losses),
         worst: worst.max_by(|(a, _), (b, _)| a.total_cmp(b)),
     }
 }
@@ -206,7 +206,7 @@ fn row(
 /// One line of fixed columns.
 impl fmt::Display for SensorFaultRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let figure = |value, decimals| Figure { value, decimals };
+        let figure = |value, decimals| Number { value, decimals };
         let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 2);
         let verdict = match self.trouble {
             None => "    ",

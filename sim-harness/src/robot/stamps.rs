@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::{Robot, RobotFaults, drive, map};
 use crate::RunError;
-use crate::evaluation::Spread;
+use crate::evaluation::MeanStd;
 use crate::world::{Options, Scenario};
 
 /// The same drives of a robot with four odometries.
@@ -29,18 +29,18 @@ pub struct StampRow {
     /// The filter.
     pub profile: Profile,
     /// With exact poses at the readings' stamps.
-    pub exact: Spread,
+    pub exact: MeanStd,
     /// With the frames' poses, stamped with the time that they were reckoned at.
-    pub true_stamps: Spread,
+    pub true_stamps: MeanStd,
     /// With the frames' poses as the senses stamp them.
-    pub own_stamps: Spread,
+    pub own_stamps: MeanStd,
     /// With every frame's pose taken for as old as poses are in the mean.
-    pub mean_age: Spread,
+    pub mean_age: MeanStd,
     /// The same four with the walls as they are.
-    pub plain: [Spread; 4],
+    pub plain: [MeanStd; 4],
     /// Distance of the steps' poses from the truth with true stamps, with the senses'
     /// own and with the mean age, root of the mean square over a drive, metres.
-    pub off_m: [Spread; 3],
+    pub off_m: [MeanStd; 3],
 }
 
 impl StampTrials {
@@ -66,15 +66,15 @@ impl StampTrials {
         let drives = drives?;
         let spread = |of: usize| {
             let errors: Vec<Option<f64>> = drives.iter().map(|(oe, _, _)| oe[of]).collect();
-            Spread::of(&errors)
+            MeanStd::of(&errors)
         };
         let plain = |of: usize| {
             let errors: Vec<Option<f64>> = drives.iter().map(|(_, plain, _)| plain[of]).collect();
-            Spread::of(&errors)
+            MeanStd::of(&errors)
         };
         let off = |of: usize| {
             let each: Vec<_> = drives.iter().map(|(_, _, off_m)| off_m[of]).collect();
-            Spread::of(&each)
+            MeanStd::of(&each)
         };
         Ok(StampRow {
             scenario: scenario.name.clone(),

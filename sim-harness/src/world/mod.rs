@@ -17,6 +17,7 @@ mod scenario;
 mod sensing;
 mod shape;
 mod simulate;
+mod standard;
 mod wheel_errors;
 
 pub use crate::geometry::{Rectangle, Turn, Vector};
@@ -35,4 +36,5 @@ pub use scenario::{Scenario, ScenarioError};
 pub use sensing::Sensing;
 pub use shape::Shape;
 pub use simulate::{Simulation, simulate, simulate_with};
+pub use standard::{STANDARD, standard, standard_scenarios};
 pub use wheel_errors::{WheelErrors, WheelWalk};

@@ -813,7 +813,7 @@ fn a_series_whose_odometry_does_not_move_is_refused_with_the_command_for_it() {
     assert_eq!(output.status.code(), Some(2), "{shown}");
     for words in [
         "series.txt: the odometry does not move: its 17 poses lie within 0.5 mm",
-        "evaluate --recordings",
+        "recorded_walls",
         "--fixed",
     ] {
         assert!(shown.contains(words), "{words}: {shown}");

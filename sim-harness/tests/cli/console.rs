@@ -252,7 +252,6 @@ fn no_name_of_a_file_or_word_reaches_the_terminal_with_its_control_characters() 
     run(&[&"calibrate", &hostile(".ipf")]);
     run(&[&"calibrate", &missing, &"--fix", &HOSTILE]);
     run(&[&"evaluate", &"--scenario", &missing]);
-    run(&[&"evaluate", &"--recordings", &missing]);
     run(&[&"evaluate", &"--methods", &HOSTILE]);
     run(&[&HOSTILE]);
 }

@@ -14,14 +14,12 @@ use amiro_ipf::sensor::{SENSORS, Sample};
 use amiro_ipf::wire::{Encoder, Outgoing, Truth};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
-use sim_harness::evaluation::standard;
 use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::link::Comparison;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
-use sim_harness::robot::{Mapped, RobotDrive, STARTS_DRIVING_US, drive, map};
-use sim_harness::robot::{Robot, Said};
+use sim_harness::robot::{Mapped, Robot, RobotDrive, STARTS_DRIVING_US, Said, drive, map};
 use sim_harness::run;
-use sim_harness::world::{Options, Scenario, simulate_with};
+use sim_harness::world::{Options, Scenario, simulate_with, standard};
 
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
 const SEED: u64 = 100;

@@ -272,10 +272,9 @@ fn another_build_is_found() {
 #[test]
 fn a_board_that_did_not_introduce_itself_is_found() {
     let mut comparison = Comparison::default();
-    for event in host_events(&inputs()) {
-        comparison.expect(&event);
-        comparison.meet(&event);
-    }
+    let events = host_events(&inputs());
+    events.iter().for_each(|event| comparison.expect(event));
+    events.iter().for_each(|event| comparison.meet(event));
     let verdict = comparison.verdict(None, &FrameTally::default());
     assert_fails_because(&verdict, &["did not introduce itself"]);
 }
@@ -327,10 +326,9 @@ fn a_step_too_many_is_found() {
 /// The host's run met by itself, and the verdict with these figures of the link.
 fn verdict_with(tally: FrameTally, status: Status) -> Verdict {
     let mut comparison = Comparison::default();
-    for event in host_events(&inputs()) {
-        comparison.expect(&event);
-        comparison.meet(&event);
-    }
+    let events = host_events(&inputs());
+    events.iter().for_each(|event| comparison.expect(event));
+    events.iter().for_each(|event| comparison.meet(event));
     comparison.meet(&Event::Status(status));
     comparison.verdict(Some(&boot_on_host(800)), &tally)
 }

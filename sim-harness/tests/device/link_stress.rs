@@ -18,8 +18,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::StepBegun;
-use amiro_ipf::event::{BoardStatus, Event, ParticleEvent, Particles, Status};
+use amiro_ipf::event::{BoardStatus, Event, ParticleEvent, Particles, Status, StepBegun};
 use amiro_ipf::filter::{Outcome, ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;

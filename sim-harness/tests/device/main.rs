@@ -9,6 +9,7 @@ mod fault_language;
 mod fault_words;
 mod i2c_master;
 mod i2c_model;
+mod image;
 mod link;
 mod link_stress;
 mod qemu;

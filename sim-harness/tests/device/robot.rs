@@ -14,16 +14,15 @@ use amiro_ipf::node::Node;
 use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
 use amiro_ipf::wire::{Encoder, Outgoing, Terminal};
 use sim_harness::drive::FilterRecords;
-use sim_harness::evaluation::{Scores, standard};
+use sim_harness::evaluation::Scores;
 use sim_harness::link::boot_on_host;
-use sim_harness::log;
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
     Mapped, OFFSETS, Report, Rhythm, Robot, RobotFaults, STARTS_DRIVING_US, Said, Scene,
     SensorClocks, SensorFaultTrials, Trouble, drive, map,
 };
-use sim_harness::run;
-use sim_harness::world::{Drive, Options, Scenario};
+use sim_harness::world::{Drive, Options, Scenario, standard};
+use sim_harness::{log, run};
 
 const CAPACITY: usize = 8_000;
 
@@ -243,7 +242,7 @@ fn with_and_without(name: &str, seed: u64, trouble: Trouble) -> (Scores, Scores)
 
 #[test]
 fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
-    // Reduced: `cargo ipf evaluate --sensor-faults` runs all scenarios and eight seeds,
+    // Reduced: the example `robot_studies` runs all scenarios and eight seeds,
     // with 1000 particles a sensor.
     let trials = SensorFaultTrials {
         scenarios: vec![scenario("msm_t")],

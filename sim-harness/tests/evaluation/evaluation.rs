@@ -3,22 +3,21 @@
 use amiro_ipf::config::Config;
 use amiro_ipf::filter::{FilterParameters, Profile};
 use sim_harness::drive::Record;
-use sim_harness::evaluation::{
-    Bounds, Comparison, Over, Scores, Truth, json, standard, thresholds,
-};
+use sim_harness::evaluation::{Claims, Comparison, Metric, Over, Scores, Truth, json};
 use sim_harness::geometry::Pose2;
 use sim_harness::lattice::Cell;
 use sim_harness::mapping::{Belief, CountingMapper, Map, Mapper, Method, Occupancy};
 use sim_harness::pipeline;
-use sim_harness::world::{Options, Scenario, simulate};
+use sim_harness::world::{Options, Scenario, simulate, standard};
 
 fn scenario(name: &str) -> Scenario {
     standard(name).unwrap().unwrap()
 }
 
 fn recall_bound(name: &str) -> f64 {
-    let bounds = Bounds::for_scenario(name).unwrap();
-    bounds.paper.surface_recall
+    let claims = Claims::built_in().unwrap();
+    let bound = claims.threshold(name, Method::PAPER, Metric::SurfaceRecall);
+    bound.unwrap()
 }
 
 /// The final map of a drive with the given parameters, and the truth.
@@ -76,7 +75,8 @@ fn a_map_that_is_free_everywhere_fails_the_recall_bound_whatever_its_error() {
     let (map, truth) = mapped(&scenario, FilterParameters::PAPER, 100);
     let all_free = with_classes(&map, |cell, _| (cell, Occupancy::Free));
     let oe = Scores::of(&all_free, &truth).oe.unwrap();
-    let bound = Bounds::for_scenario("msod").unwrap().paper.oe;
+    let claims = Claims::built_in().unwrap();
+    let bound = claims.threshold("msod", Method::PAPER, Metric::Oe).unwrap();
     assert!(oe < bound, "OE {oe}");
 }
 
@@ -184,14 +184,13 @@ fn readings_are_the_same_whatever_else_is_compared() {
 }
 
 #[test]
-fn every_threshold_is_judged_by_the_default_methods_and_no_other() {
-    // 9 of each scenario, 7 of the openings of each maze.
-    assert_eq!(thresholds().len(), 5 * 9 + 2 * 7);
+fn a_threshold_is_judged_by_the_methods_that_it_names_and_no_other() {
+    let claims = Claims::built_in().unwrap();
     let trials = comparison(&["msod"], &[Method::PLUS], 5, 1).run().unwrap();
-    let judged = thresholds()
-        .into_iter()
-        .filter_map(|claim| claim.judge(&trials));
-    let judged: Vec<_> = judged.collect();
+    let thresholds = claims.thresholds.iter();
+    let judged: Vec<_> = thresholds
+        .filter_map(|claim| claim.judge(&trials))
+        .collect();
     // Without the inverse sensor model its shares are not judged: OE, TPR, recall.
     assert_eq!(judged.len(), 3, "{judged:?}");
     assert!(

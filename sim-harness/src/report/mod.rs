@@ -1,0 +1,26 @@
+//! Maps and results as files: pictures, charts, a page of figures, grids for ROS.
+//!
+//! Every picture is a function of its input alone: the same map gives the same bytes on
+//! every run and machine. No clock, no system font, and of the float functions only
+//! those that round the same everywhere.
+
+mod cell_window;
+mod chart;
+mod fit_chart;
+mod line_drawing;
+mod map_overlay;
+mod map_picture;
+mod map_server;
+mod paper;
+mod picture;
+mod pixel_grid;
+mod scale_bar;
+mod text;
+
+pub use cell_window::CellWindow;
+pub use fit_chart::fit_chart;
+pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH, outlines};
+pub use map_server::MapServerPair;
+pub use paper::{FigureError, PageSection, PageTable, Panel, PaperFigure, Row, page};
+pub use picture::{Colour, Picture, beside};
+pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};

@@ -1,0 +1,113 @@
+//! Cells as squares of pixels, or as shares of one.
+
+use crate::mapping::{Map, Occupancy};
+
+use super::cell_window::CellWindow;
+use super::line_drawing::PixelPosition;
+use super::picture::{Colour, Picture};
+
+/// Free cells.
+pub const FREE: Colour = [255, 255, 255];
+
+/// Occupied cells.
+pub const OCCUPIED: Colour = [0, 0, 0];
+
+/// Cells of which nothing is known.
+pub const UNKNOWN: Colour = [160, 160, 160];
+
+/// Most pixels a side of the map alone: the rest is for title, scale and border.
+const MAX_MAP_PX: usize = 3840;
+
+/// What the longer side of the map should have, pixels.
+pub(crate) const WANTED_PX: usize = 900;
+
+/// A cell smaller than this is hard to see, pixels.
+const SMALLEST_CELL_PX: usize = 3;
+
+/// A cell larger than this shows nothing more, pixels.
+pub(crate) const LARGEST_CELL_PX: usize = 24;
+
+/// How cells become pixels.
+pub(crate) struct PixelGrid {
+    columns: usize,
+    rows: usize,
+    /// Cells along a side of the square that is drawn as one.
+    block_cells: usize,
+    /// Pixels along a side of that square.
+    block_px: usize,
+    pixel_m: f64,
+    /// Left and upper edge of the drawing in the world, metres.
+    corner_m: (f64, f64),
+}
+
+impl PixelGrid {
+    /// The raster that shows a window best, its longer side of about `wanted_px`.
+    pub(crate) fn new(window: &CellWindow, cell_m: f64, wanted_px: usize) -> Self {
+        let cells = window.columns().max(window.rows());
+        let fitting = (MAX_MAP_PX / cells).max(1);
+        let block_px = (wanted_px / cells)
+            .clamp(SMALLEST_CELL_PX, LARGEST_CELL_PX)
+            .min(fitting);
+        let block_cells = cells.div_ceil(MAX_MAP_PX);
+        let (columns, rows) = (
+            window.columns().div_ceil(block_cells),
+            window.rows().div_ceil(block_cells),
+        );
+        let low = window.low();
+        Self {
+            columns,
+            rows,
+            block_cells,
+            block_px,
+            pixel_m: cell_m * block_cells as f64 / block_px as f64,
+            corner_m: (
+                f64::from(low.column) * cell_m,
+                (f64::from(low.row) + (rows * block_cells) as f64) * cell_m,
+            ),
+        }
+    }
+
+    /// Size of a pixel, metres.
+    pub(crate) fn pixel_m(&self) -> f64 {
+        self.pixel_m
+    }
+
+    /// Where a point of the world is drawn.
+    pub(crate) fn place(&self, (x, y): (f64, f64)) -> PixelPosition {
+        (
+            (x - self.corner_m.0) / self.pixel_m,
+            (self.corner_m.1 - y) / self.pixel_m,
+        )
+    }
+
+    /// The cells alone.
+    pub(crate) fn cells(&self, map: &Map, window: &CellWindow) -> Picture {
+        let mut blocks = vec![UNKNOWN; self.columns * self.rows];
+        for (cell, belief) in map.iter() {
+            let colour = match belief.occupancy() {
+                Occupancy::Unknown => continue,
+                Occupancy::Free => FREE,
+                Occupancy::Occupied => OCCUPIED,
+            };
+            let Some((column, row)) = window.offset(cell) else {
+                continue;
+            };
+            let from_above = self.rows - 1 - row / self.block_cells;
+            let index = from_above * self.columns + column / self.block_cells;
+            if let Some(block) = blocks.get_mut(index).filter(|block| **block != OCCUPIED) {
+                *block = colour;
+            }
+        }
+        let (width, height) = (self.columns * self.block_px, self.rows * self.block_px);
+        let mut picture = Picture::new(width, height, UNKNOWN);
+        for (row, colours) in blocks.chunks(self.columns).enumerate() {
+            for y in row * self.block_px..(row + 1) * self.block_px {
+                let squares = picture.row_mut(y).chunks_mut(self.block_px);
+                squares
+                    .zip(colours)
+                    .for_each(|(square, colour)| square.fill(*colour));
+            }
+        }
+        picture
+    }
+}
