@@ -49,7 +49,7 @@ pub fn records(
     inputs: &[Input],
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
-    match method.profile() {
+    match method.profile {
         Some(_) => filter_records(config, inputs, take),
         None => step_records(config, inputs, take),
     }

@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use sim_harness::datasets::{DATASETS, PoseSource, recognise};
 use sim_harness::drive::Keyframes;
-use sim_harness::mapping::{MAX_CELLS, Mapper, Method, Occupancy, Setup};
+use sim_harness::mapping::{MAX_CELLS, Mapper, Method, NoEcho, Occupancy, Setup};
 use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
 use sim_harness::report::{MapPicture, MapServerPair};
 use sim_harness::rig::Rig;
@@ -82,10 +82,8 @@ impl Map {
             .map_err(|error| format!("--out {}: {error}", self.out.display()))?;
         let cell_m = 1e-3 * f64::from(self.cell_mm);
         let mut mapper = method.mapper(&Setup {
-            rig: &rig,
-            cell_m,
-            footprint: false,
-            extent: None,
+            no_echo: self.no_echo_is_free.then_some(NoEcho::Free),
+            ..Setup::new(&rig, cell_m)
         });
         let options = self.options();
         let run = pipeline::run(
@@ -127,17 +125,12 @@ impl Map {
 
     /// The method of this name, if records of ranges are enough for it.
     fn method(&self) -> Result<Method, String> {
-        let is_of_ranges = |method: &Method| method.profile().is_none();
+        let is_of_ranges = |method: &Method| method.profile.is_none();
         let method = Method::from_str(&self.method).ok().filter(is_of_ranges);
-        let method = method.ok_or_else(|| {
+        method.ok_or_else(|| {
             let known = Method::ALL.into_iter().filter(is_of_ranges);
             let known: Vec<_> = known.map(|method| method.name).collect();
             format!("--method {}: {} are known", self.method, known.join(", "))
-        })?;
-        Ok(if self.no_echo_is_free {
-            method.with_no_echo_free()
-        } else {
-            method
         })
     }
 

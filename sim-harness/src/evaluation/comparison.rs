@@ -116,11 +116,12 @@ impl Comparison {
         checked(scenario, seed, steps)?;
         let truth = Truth::of(scenario, &poses);
         let trial = |method: &Method| {
-            let config = self.config(scenario, seed, method.profile().unwrap_or(Profile::Paper));
+            let config = self.config(scenario, seed, method.profile.unwrap_or(Profile::Paper));
             let mut mapper = method.mapper(&Setup {
                 rig: &Rig::from(&config),
                 cell_m: scenario.cell_m,
                 footprint: self.footprint,
+                no_echo: None,
                 extent: Some(scenario.extent),
             });
             let mut judge = DriveJudge::new(scenario, &truth, &poses);

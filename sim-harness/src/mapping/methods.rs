@@ -12,28 +12,21 @@ use super::{
 use crate::geometry::Rectangle;
 use crate::rig::Rig;
 
-/// One way to make a map of a drive.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One way to make a map of a drive: a row of the table [`Method::ALL`].
+#[derive(Clone, Copy, Debug)]
 pub struct Method {
     /// Its name on the command line, in tables and files.
     pub name: &'static str,
     /// Where it comes from: paper and section.
     pub source: &'static str,
-    kind: Kind,
+    /// Profile of the inverse particle filter whose outcomes it maps; `None` for a method
+    /// that needs no filter.
+    pub profile: Option<Profile>,
+    /// Makes its mapper, with an empty map.
+    pub build: fn(&Setup<'_>) -> Box<dyn Mapper>,
 }
 
-/// What a method maps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    /// The outcomes of the inverse particle filter with this profile.
-    Outcomes(Profile),
-    /// Ranges, by the inverse sensor model.
-    Ranges(InverseSensorParameters),
-    /// Nothing.
-    AllFree,
-}
-
-/// What a method is built for.
+/// What a mapper is made for.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
     /// The robot.
@@ -42,57 +35,73 @@ pub struct Setup<'a> {
     pub cell_m: f64,
     /// Whether the robot's footprint is free in the map (see [`FootprintMapper`]).
     pub footprint: bool,
+    /// What returns without an echo count as; `None` for the method's own rule.
+    pub no_echo: Option<NoEcho>,
     /// The rectangle that [`Method::ALL_FREE`] maps; without one its map is empty.
     pub extent: Option<Rectangle>,
 }
 
+impl<'a> Setup<'a> {
+    /// Cells of the given size, metres, for a robot; no footprint, no rectangle, and the
+    /// method's own rule for returns without an echo.
+    #[must_use]
+    pub const fn new(rig: &'a Rig, cell_m: f64) -> Self {
+        Self {
+            rig,
+            cell_m,
+            footprint: false,
+            no_echo: None,
+            extent: None,
+        }
+    }
+}
+
 const PAPER: &str = "Korthals et al. 2016, algorithms 1 and 2, equations 3 and 4";
 const OURS: &str = "this project: the paper's filter with additions, docs/decisions.md";
-const ISM: &str = "Thrun, Burgard and Fox 2005, table 4.2, over the lobes of proximity sensors";
+const LOBES: &str = "Thrun, Burgard and Fox 2005, table 4.2, over the lobes of proximity sensors";
 const RANGES: &str = "Thrun, Burgard and Fox 2005, table 4.2";
 const DECAY: &str = "Carvalho and Ventura 2013, section II";
 
 const STANDARD: InverseSensorParameters = InverseSensorParameters::STANDARD;
 const TUNED: InverseSensorParameters = InverseSensorParameters::TUNED;
+const RANGE: InverseSensorParameters = InverseSensorParameters::RANGE;
 
 impl Method {
     /// The paper's filter.
-    pub const PAPER: Self = Self::outcomes("paper", PAPER, Profile::Paper);
+    pub const PAPER: Self = Self::filter("paper", PAPER, Profile::Paper);
     /// Our filter.
-    pub const PLUS: Self = Self::outcomes("plus", OURS, Profile::Plus);
+    pub const PLUS: Self = Self::filter("plus", OURS, Profile::Plus);
     /// Inverse sensor model, usual parameters, nothing in range counted as free.
-    pub const ISM_STANDARD: Self = Self::ranges("ism-standard", ISM, STANDARD);
+    pub const ISM_STANDARD: Self = Self::new("ism-standard", LOBES, |s| ism(s, STANDARD));
     /// The same with tuned parameters.
-    pub const ISM_TUNED: Self = Self::ranges("ism-tuned", ISM, TUNED);
+    pub const ISM_TUNED: Self = Self::new("ism-tuned", LOBES, |s| ism(s, TUNED));
     /// Usual parameters, nothing in range dropped.
-    pub const ISM_STANDARD_DROPPED: Self =
-        Self::ranges("ism-standard-dropped", ISM, STANDARD.with(NoEcho::Dropped));
+    pub const ISM_STANDARD_DROPPED: Self = Self::new("ism-standard-dropped", LOBES, |s| {
+        ism(s, STANDARD.with(NoEcho::Dropped))
+    });
     /// Usual parameters, nothing in range taken as an object.
-    pub const ISM_STANDARD_OBJECT: Self =
-        Self::ranges("ism-standard-object", ISM, STANDARD.with(NoEcho::Object));
+    pub const ISM_STANDARD_OBJECT: Self = Self::new("ism-standard-object", LOBES, |s| {
+        ism(s, STANDARD.with(NoEcho::Object))
+    });
     /// Tuned parameters, nothing in range dropped.
-    pub const ISM_TUNED_DROPPED: Self =
-        Self::ranges("ism-tuned-dropped", ISM, TUNED.with(NoEcho::Dropped));
+    pub const ISM_TUNED_DROPPED: Self = Self::new("ism-tuned-dropped", LOBES, |s| {
+        ism(s, TUNED.with(NoEcho::Dropped))
+    });
     /// Tuned parameters, nothing in range taken as an object.
-    pub const ISM_TUNED_OBJECT: Self =
-        Self::ranges("ism-tuned-object", ISM, TUNED.with(NoEcho::Object));
+    pub const ISM_TUNED_OBJECT: Self = Self::new("ism-tuned-object", LOBES, |s| {
+        ism(s, TUNED.with(NoEcho::Object))
+    });
     /// Inverse sensor model of range sensors.
-    pub const ISM: Self = Self::ranges("ism", RANGES, InverseSensorParameters::RANGE);
+    pub const ISM: Self = Self::new("ism", RANGES, |s| ism(s, RANGE));
     /// The same; an echo's weight decays to nothing over 5 m.
-    pub const ISM_DECAY: Self = Self::ranges(
-        "ism-decay",
-        DECAY,
-        InverseSensorParameters {
-            decay_m: Some(5.0),
-            ..InverseSensorParameters::RANGE
-        },
-    );
+    pub const ISM_DECAY: Self = Self::new("ism-decay", DECAY, |s| {
+        let decay_m = Some(5.0);
+        ism(s, InverseSensorParameters { decay_m, ..RANGE })
+    });
     /// No method: every cell of a rectangle is free, whatever is measured.
-    pub const ALL_FREE: Self = Self {
-        name: "all-free",
-        source: "the row beside which an overall error is read",
-        kind: Kind::AllFree,
-    };
+    pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
+        Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
+    });
 
     /// Every method.
     pub const ALL: [Self; 11] = [
@@ -109,57 +118,54 @@ impl Method {
         Self::ALL_FREE,
     ];
 
-    const fn outcomes(name: &'static str, source: &'static str, profile: Profile) -> Self {
-        let kind = Kind::Outcomes(profile);
-        Self { name, source, kind }
-    }
-
-    const fn ranges(
+    const fn new(
         name: &'static str,
         source: &'static str,
-        parameters: InverseSensorParameters,
+        build: fn(&Setup<'_>) -> Box<dyn Mapper>,
     ) -> Self {
-        let kind = Kind::Ranges(parameters);
-        Self { name, source, kind }
-    }
-
-    /// Profile of the inverse particle filter whose outcomes the method maps; `None` for
-    /// a method that needs no filter.
-    #[must_use]
-    pub const fn profile(&self) -> Option<Profile> {
-        match self.kind {
-            Kind::Outcomes(profile) => Some(profile),
-            Kind::Ranges(_) | Kind::AllFree => None,
+        Self {
+            name,
+            source,
+            profile: None,
+            build,
         }
     }
 
-    /// The same method with returns without an echo counted as free, where it maps ranges.
-    #[must_use]
-    pub const fn with_no_echo_free(self) -> Self {
-        match self.kind {
-            Kind::Ranges(parameters) => {
-                let kind = Kind::Ranges(parameters.with(NoEcho::Free));
-                Self { kind, ..self }
-            }
-            Kind::Outcomes(_) | Kind::AllFree => self,
+    const fn filter(name: &'static str, source: &'static str, profile: Profile) -> Self {
+        Self {
+            name,
+            source,
+            profile: Some(profile),
+            build: |setup| Box::new(CountingMapper::new(setup.cell_m)),
         }
     }
 
-    /// An empty map of this method.
+    /// An empty map of this method, with the robot's footprint if the setup wants it.
     #[must_use]
     pub fn mapper(&self, setup: &Setup<'_>) -> FootprintMapper<Box<dyn Mapper>> {
-        let cell_m = setup.cell_m;
-        let mapper: Box<dyn Mapper> = match self.kind {
-            Kind::Outcomes(_) => Box::new(CountingMapper::new(cell_m)),
-            Kind::Ranges(parameters) => {
-                Box::new(InverseSensorMapper::new(cell_m, setup.rig, parameters))
-            }
-            Kind::AllFree => Box::new(AllFreeMapper::new(cell_m, setup.extent.as_ref())),
-        };
         let radius_m = setup.footprint.then_some(setup.rig.radius_m);
-        FootprintMapper::new(mapper, cell_m, radius_m)
+        FootprintMapper::new((self.build)(setup), setup.cell_m, radius_m)
     }
 }
+
+fn ism(setup: &Setup<'_>, parameters: InverseSensorParameters) -> Box<dyn Mapper> {
+    let no_echo = setup.no_echo.unwrap_or(parameters.no_echo);
+    let parameters = parameters.with(no_echo);
+    Box::new(InverseSensorMapper::new(
+        setup.cell_m,
+        setup.rig,
+        parameters,
+    ))
+}
+
+/// Methods are equal if they have the same name.
+impl PartialEq for Method {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Method {}
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

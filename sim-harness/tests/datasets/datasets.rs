@@ -29,12 +29,7 @@ fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (Driv
         mounts: vec![sensors.to_owned()],
     };
     let method: Method = method.parse().unwrap();
-    let mut mapper = method.mapper(&Setup {
-        rig: &rig(),
-        cell_m: 0.1,
-        footprint: false,
-        extent: None,
-    });
+    let mut mapper = method.mapper(&Setup::new(&rig(), 0.1));
     let run = pipeline::run(
         |take| pipeline::dataset_records(&Kcma, drive, &rig(), &options, take),
         &mut mapper,

@@ -57,14 +57,9 @@ impl SeriesWalls {
             let config = Config {
                 sensors: SIDES,
                 photometry: *law,
-                ..Config::amiro(method.profile().unwrap_or(Profile::Paper))
+                ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };
-            let mut mapper = method.mapper(&Setup {
-                rig: &Rig::from(&config),
-                cell_m: CELL_M,
-                footprint: false,
-                extent: None,
-            });
+            let mut mapper = method.mapper(&Setup::new(&Rig::from(&config), CELL_M));
             let outcome = pipeline::run(
                 |take| pipeline::records(method, &config, &series.inputs(), take),
                 &mut mapper,

@@ -43,7 +43,7 @@ impl Conditions {
 
     /// What the filter of a method is configured with.
     fn config(&self, scenario: &Scenario, method: &Method) -> Config {
-        let mut config = scenario.config(method.profile().unwrap_or(Profile::Paper));
+        let mut config = scenario.config(method.profile.unwrap_or(Profile::Paper));
         config.seed = self.seed;
         if let Some(particles) = self.particles {
             config.particles_per_sensor = particles;
@@ -90,6 +90,7 @@ impl ScenarioMaps {
                 rig: &Rig::from(&config),
                 cell_m: scenario.cell_m,
                 footprint: false,
+                no_echo: None,
                 extent: Some(scenario.extent),
             });
             let mut travel = Travel::new(conditions.until_m);
