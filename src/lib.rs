@@ -1,31 +1,35 @@
 //! The inverse particle filter of Korthals et al. 2016 for the AMiRo robot.
 //!
-//! A ring of eight infrared proximity sensors, cheap, short-ranged and ambiguous over
-//! 120 degrees, and a question: where are the surfaces? Each particle is a guess that
-//! *here is a piece of a wall*. It moves against the robot's motion, is weighed by
-//! the sensors' inverse model, and survives or is rejected and drawn anew from the
-//! current readings. Survivors and rejects, counted into a grid, are a map.
+//! The AMiRo has a ring of eight infrared proximity sensors. Each is cheap,
+//! short-ranged and ambiguous over 120 degrees. The filter estimates where surfaces
+//! are: each particle is the hypothesis that its position is on a surface. It moves
+//! against the robot's motion, is weighed by the sensors' inverse model, and survives
+//! or is rejected and drawn again from the current readings. Survivors and rejected
+//! particles, counted into a grid, are a map.
 //!
 //! # The layers
 //!
-//! A datum's way, always forward:
+//! Data flow in one direction:
 //!
 //! ```text
 //! counts, odometry -> Input -> Node::handle -> InverseParticleFilter::step -> Event -> frame
 //! ```
 //!
-//! - [`math`], [`geometry`], [`random`], [`seed`], [`checksum`]: numbers; the only float
+//! Each layer imports only the layers above it in this list:
+//!
+//! - [`math`], [`geometry`], [`random`], [`checksum`]: numbers; the only float
 //!   functions, the only randomness.
-//! - [`sensor`], [`kinematics`]: the two models of the paper, sections 4.3 and 4.4.
-//! - [`filter`]: Algorithms 1 and 2. Knows nothing of time, wires or robots' clocks.
-//! - [`input`], [`config`], [`event`], [`fault`]: what is told and what is said.
-//! - [`odometry`], [`sampling`], [`pacing`], [`node`]: the portable program, from inputs
-//!   to events.
-//! - [`driver`], [`can`]: the parts on the robot's I2C buses and the messages of its CAN
-//!   bus, as values; [`senses`] makes inputs of them, [`health`] says how they are.
-//! - [`board`]: the controllers of I2C and CAN over register traits.
-//! - [`supervision`]: the rules by which the image watches over itself.
-//! - [`wire`]: the same messages as bytes; specified in `docs/protocol.md`.
+//! - [`model`]: the sensor ring, its photometric law and the inverse kinematics (paper
+//!   sections 4.3 and 4.4).
+//! - [`filter`]: Algorithms 1 and 2. It has no time, no clock and no link.
+//! - [`node`]: the portable program from inputs to events: configuration, odometry,
+//!   step trigger, sample window.
+//! - [`driver`], [`can`], [`supervision`]: the parts on the robot's I2C buses, the
+//!   messages of its CAN bus and the rules of the image's supervision, as values.
+//! - [`link`]: messages, frames and the device endpoint; specified in
+//!   `docs/protocol.md`.
+//! - [`senses`], [`board`]: acquisition of the sensors, and the controllers of I2C and
+//!   CAN over register traits.
 //!
 //! # What holds everywhere
 //!
@@ -45,13 +49,10 @@
 //! # Example
 //!
 //! ```
-//! use amiro_ipf::config::Config;
-//! use amiro_ipf::event::Event;
 //! use amiro_ipf::filter::{ParticleSet, Profile};
 //! use amiro_ipf::geometry::Pose;
-//! use amiro_ipf::input::Input;
-//! use amiro_ipf::node::Node;
-//! use amiro_ipf::sensor::Sample;
+//! use amiro_ipf::model::Sample;
+//! use amiro_ipf::node::{Config, Event, Input, Node};
 //!
 //! let mut particles = ParticleSet::<800>::new();
 //! let mut node = Node::new(&mut particles);
@@ -71,7 +72,7 @@
 //! }
 //! // One step at the start, one per 10 mm.
 //! assert_eq!(steps, 11);
-//! # Ok::<(), amiro_ipf::fault::Fault>(())
+//! # Ok::<(), amiro_ipf::node::Fault>(())
 //! ```
 //!
 //! Minimum supported Rust version: 1.90.
@@ -85,33 +86,23 @@
 pub mod board;
 pub mod can;
 pub mod checksum;
-pub mod config;
 pub mod driver;
-pub mod event;
-pub mod fault;
 pub mod filter;
 pub mod geometry;
-pub mod health;
-pub mod input;
-pub mod kinematics;
+pub mod link;
 pub mod math;
+pub mod model;
 pub mod node;
-pub mod odometry;
-pub mod pacing;
 pub mod random;
-pub mod sampling;
-pub mod seed;
 pub mod senses;
-pub mod sensor;
 pub mod supervision;
-pub mod wire;
 
 /// Whether this build has the feature `std`, and a host to use it on.
 ///
 /// For a test that proves a build without default features to be one.
 pub const HAS_STD: bool = cfg!(all(feature = "std", not(target_os = "none")));
 
-/// Hash of the sources that this build was made from; in every boot event.
+/// Hash of the sources that this build was made from; in every boot message.
 ///
 /// Equal on a host and in a flash image exactly when both were built from the same
 /// core, firmware and lock file.

@@ -92,10 +92,12 @@ const SHARED_NAMES: &[(&str, usize)] = &[
     ("Word", 2),
 ];
 
-/// Every Rust file below a folder or the file itself, with its text up to its tests.
+/// Every Rust file below a folder or the file itself, with its text up to its tests;
+/// files of tests are left out.
 fn sources(place: &str) -> Vec<(PathBuf, String)> {
     common::rust_files(place)
         .into_iter()
+        .filter(|(path, _)| !path.ends_with("tests.rs"))
         .map(|(path, text)| {
             let code = text.split(TESTS).next().unwrap_or_default();
             (path, code.to_owned())
@@ -123,53 +125,73 @@ fn assert_never_names(place: &str, words: &[&str]) {
     }
 }
 
-#[test]
-fn filter_knows_no_wire_no_events_no_time() {
-    let words = [
-        "crate::wire",
-        "crate::event",
-        "crate::input",
-        "crate::node",
-        "stamp_us",
-    ];
-    assert_never_names("src/filter", &words);
+/// The layers of the core from the lowest to the highest, with the
+/// modules that each may import. `senses` and `board` are above them.
+const LAYERS: [(&str, &[&str]); 11] = [
+    ("checksum", &[]),
+    ("math", &[]),
+    ("geometry", &["math"]),
+    ("random", &["math"]),
+    ("model", &["geometry", "math"]),
+    (
+        "filter",
+        &["model", "geometry", "math", "random", "checksum"],
+    ),
+    ("node", &["filter", "model", "geometry", "math"]),
+    ("driver", &["model", "checksum"]),
+    ("can", &["model", "geometry", "math"]),
+    ("supervision", &["checksum"]),
+    (
+        "link",
+        &[
+            "node",
+            "driver",
+            "can",
+            "supervision",
+            "model",
+            "geometry",
+            "checksum",
+        ],
+    ),
+];
+
+/// The modules of this crate that a line of code names.
+fn modules_named(line: &str) -> impl Iterator<Item = &str> {
+    line.split("crate::").skip(1).map(|rest| {
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
+        rest.get(..end.unwrap_or(rest.len())).unwrap_or_default()
+    })
 }
 
 #[test]
-fn models_know_no_filter() {
-    for place in [
-        "src/sensor",
-        "src/kinematics.rs",
-        "src/geometry.rs",
-        "src/math.rs",
-    ] {
-        assert_never_names(place, &["crate::filter", "crate::node", "crate::wire"]);
+fn each_layer_of_the_core_imports_only_lower_ones() {
+    for (layer, lower) in LAYERS {
+        let folder = format!("src/{layer}");
+        let place = if Path::new(&folder).is_dir() {
+            folder
+        } else {
+            format!("{folder}.rs")
+        };
+        for (path, text) in sources(&place) {
+            for line in code_lines(&text) {
+                for module in modules_named(line) {
+                    let is_lower = module == layer || lower.contains(&module);
+                    assert!(is_lower, "{} names {module}: {line}", path.display());
+                }
+            }
+        }
     }
 }
 
 #[test]
-fn bus_knows_no_filter_and_its_controller_no_board() {
-    let words = ["crate::filter", "crate::node", "crate::wire"];
-    assert_never_names("src/can", &words);
-    assert_never_names("src/board", &words[..2]);
+fn filter_has_no_time() {
+    assert_never_names("src/filter", &["stamp_us"]);
 }
 
 #[test]
-fn drivers_know_their_parts_and_the_samples_they_give() {
-    let words = [
-        "crate::filter",
-        "crate::node",
-        "crate::wire",
-        "crate::input",
-        "crate::event",
-        "crate::senses",
-        "crate::can",
-    ];
-    assert_never_names("src/driver", &words);
-    assert_never_names(
-        "src/senses",
-        &["crate::filter", "crate::node", "crate::wire"],
-    );
+fn acquisition_and_controllers_know_no_filter_and_no_node_s_loop() {
+    assert_never_names("src/senses", &["crate::filter", "node::Node"]);
+    assert_never_names("src/board", &["crate::filter", "crate::node::Node"]);
 }
 
 #[test]

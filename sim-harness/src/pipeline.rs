@@ -6,8 +6,7 @@
 
 use std::path::Path;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Input};
 use serde::Serialize;
 
 use crate::datasets::{Dataset, DatasetError, PoseSource, RefusedRows};

@@ -1,11 +1,7 @@
 //! Inputs through a node: what a board would do with a recording, on the host.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParameterError, ParticleSet};
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
+use amiro_ipf::node::{Config, Event, Fault, Input, Node};
 
 /// Particles that fit: twice the paper's 1000 for each of eight sensors.
 pub const CAPACITY: usize = 16_000;
@@ -136,7 +132,7 @@ mod tests {
     use super::*;
     use amiro_ipf::filter::Profile;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
 
     fn reading(stamp_us: u64) -> Input {
         Input::Proximity {

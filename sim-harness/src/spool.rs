@@ -1,17 +1,15 @@
 //! What is written in order and read once from the front, on the disk when there is much.
 
-use std::fmt::Debug;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
-use std::marker::PhantomData;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use amiro_ipf::link::{Message, MessageRef};
+use amiro_ipf::node::Event;
 use tempfile::SpooledTempFile;
 
 /// Bytes up to which no file is made: 1 MiB.
 const IN_MEMORY: usize = 1 << 20;
-/// Most bytes of a record: as many as a frame of the link has at most, and room.
-const MOST_RECORD: usize = 255;
+/// Most bytes of an event: more than any frame of the link has.
+const MOST_EVENT: usize = 255;
 
 /// Bytes that are written in order, then read once from the front.
 ///
@@ -64,30 +62,18 @@ impl Spool {
 /// The bytes of a [`Spool`] from the front.
 pub type SpoolReader = BufReader<SpooledTempFile>;
 
-/// Records that are written in order, then read once from the first on.
-///
-/// A record has at most 255 bytes in postcard's format, as all events and inputs do.
-#[derive(Debug)]
-pub struct RecordSpool<T> {
+/// Events of a node that are written in order, then read once from the first on.
+#[derive(Debug, Default)]
+pub struct EventSpool {
     spool: Spool,
-    record: PhantomData<T>,
 }
 
-impl<T> Default for RecordSpool<T> {
-    fn default() -> Self {
-        Self {
-            spool: Spool::default(),
-            record: PhantomData,
-        }
-    }
-}
-
-impl<T: Serialize + DeserializeOwned> RecordSpool<T> {
-    /// Adds a record.
-    pub fn push(&mut self, record: &T) {
-        let mut bytes = [0; 1 + MOST_RECORD];
+impl EventSpool {
+    /// Adds an event.
+    pub fn push(&mut self, event: &Event) {
+        let mut bytes = [0; 1 + MOST_EVENT];
         let (length, content) = bytes.split_at_mut(1);
-        match postcard::to_slice(record, content) {
+        match postcard::to_slice(&MessageRef::from(event), content) {
             Ok(written) => {
                 let used = 1 + written.len();
                 // At most 255.
@@ -100,32 +86,30 @@ impl<T: Serialize + DeserializeOwned> RecordSpool<T> {
         }
     }
 
-    /// The records from the first on.
+    /// The events from the first on.
     ///
     /// # Errors
     /// They could not be written, or cannot be read.
-    pub fn records(self) -> io::Result<Records<T>> {
-        Ok(Records {
+    pub fn events(self) -> io::Result<SpooledEvents> {
+        Ok(SpooledEvents {
             spool: self.spool.read()?,
             failed: None,
-            record: PhantomData,
         })
     }
 }
 
-/// The records of a [`RecordSpool`], in order.
+/// The events of an [`EventSpool`], in order.
 ///
-/// They end early when they cannot be read; [`finish`](Self::finish) tells.
+/// They end early when they cannot be read; [`finish`](Self::finish) gives the error.
 #[derive(Debug)]
 #[must_use]
-pub struct Records<T> {
+pub struct SpooledEvents {
     spool: SpoolReader,
     failed: Option<io::Error>,
-    record: PhantomData<T>,
 }
 
-impl<T: DeserializeOwned> Records<T> {
-    /// Checks that no record could not be read.
+impl SpooledEvents {
+    /// Checks that all events could be read.
     ///
     /// # Errors
     /// What the system reports.
@@ -133,25 +117,27 @@ impl<T: DeserializeOwned> Records<T> {
         self.failed.map_or(Ok(()), Err)
     }
 
-    fn read(&mut self) -> io::Result<Option<T>> {
+    fn read(&mut self) -> io::Result<Option<Event>> {
         let mut length = [0];
         if self.spool.read(&mut length)? == 0 {
             return Ok(None);
         }
-        let mut bytes = [0; MOST_RECORD];
+        let mut bytes = [0; MOST_EVENT];
         let [length] = length;
-        let record = bytes.get_mut(..usize::from(length)).unwrap_or_default();
-        self.spool.read_exact(record)?;
-        postcard::from_bytes(record)
-            .map(Some)
-            .map_err(io::Error::other)
+        let message = bytes.get_mut(..usize::from(length)).unwrap_or_default();
+        self.spool.read_exact(message)?;
+        match postcard::from_bytes(message) {
+            Ok(Message::Event(event)) => Ok(Some(event)),
+            Ok(_) => Err(io::Error::other("no event")),
+            Err(error) => Err(io::Error::other(error)),
+        }
     }
 }
 
-impl<T: DeserializeOwned> Iterator for Records<T> {
-    type Item = T;
+impl Iterator for SpooledEvents {
+    type Item = Event;
 
-    fn next(&mut self) -> Option<T> {
+    fn next(&mut self) -> Option<Event> {
         if self.failed.is_some() {
             return None;
         }
@@ -165,19 +151,18 @@ impl<T: DeserializeOwned> Iterator for Records<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::event::Event;
 
     #[test]
-    fn records_come_back_in_order_from_memory_and_from_the_disk() {
+    fn events_come_back_in_order_from_memory_and_from_the_disk() {
         for many in [0, 3, 200_000_u64] {
-            let mut spool = RecordSpool::default();
-            (0..many).for_each(|stamp_us| spool.push(&Event::BrokeOff { stamp_us }));
-            let mut records = spool.records().unwrap();
+            let mut spool = EventSpool::default();
+            (0..many).for_each(|stamp_us| spool.push(&Event::OdometryReset { stamp_us }));
+            let mut events = spool.events().unwrap();
             for stamp_us in 0..many {
-                assert_eq!(records.next(), Some(Event::BrokeOff { stamp_us }));
+                assert_eq!(events.next(), Some(Event::OdometryReset { stamp_us }));
             }
-            assert_eq!(records.next(), None);
-            records.finish().unwrap();
+            assert_eq!(events.next(), None);
+            events.finish().unwrap();
         }
     }
 }

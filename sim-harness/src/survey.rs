@@ -1,8 +1,7 @@
 //! What a run's events add up to: the map, the path, the counts.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, StepDone};
-use amiro_ipf::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
+use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
+use amiro_ipf::node::{Config, Event, StepDone};
 use serde::Serialize;
 
 use crate::drive::{FilterRecords, Record};
@@ -191,7 +190,7 @@ impl Figures {
         self.survived_past_gate += u64::from(done.past_gate);
         self.survived_below_gate += u64::from(done.below_gate);
         self.rejected_free += u64::from(done.free);
-        self.rejected_behind += u64::from(done.behind);
+        self.rejected_behind += u64::from(done.unobserved);
         self.departed += u64::from(done.departed);
         self.degenerate_steps += u64::from(done.degenerate);
         self.last_digest = Some(done.digest);
@@ -201,10 +200,10 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::event::{ParticleEvent, Particles, StepBegun};
     use amiro_ipf::filter::{Outcome, Profile};
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
+    use amiro_ipf::node::{ParticleEvent, Particles, StepBegun};
 
     fn step(index: u32, x: f32, y: f32) -> Event {
         Event::StepBegun(StepBegun {
@@ -233,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_jump_of_the_odometry_is_no_way_of_the_robot() {
-        let broke_off = Event::BrokeOff { stamp_us: 0 };
+        let broke_off = Event::OdometryReset { stamp_us: 0 };
         let figures = figures(&[
             step(0, 0.0, 0.0),
             step(1, 0.01, 0.0),

@@ -1,13 +1,13 @@
 //! Ticks at a fixed rate of the inputs' own time.
 
-use amiro_ipf::input::Input;
+use amiro_ipf::node::Input;
 
 /// A fixed rate of 8 Hz.
 pub const TICK_PERIOD_US: u64 = 125_000;
 
 /// The inputs with a tick behind the first reading at or past every period.
 ///
-/// For [`StepRule::PerTick`](amiro_ipf::config::StepRule::PerTick) without a clock of
+/// For [`StepRule::PerTick`](amiro_ipf::node::StepRule::PerTick) without a clock of
 /// the board's own. The first reading gets a tick; a gap in the readings gets none.
 #[must_use]
 pub fn with_ticks(inputs: &[Input], period_us: u64) -> Vec<Input> {
@@ -60,7 +60,7 @@ impl<I: Iterator<Item = Input>> Iterator for Ticked<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::sensor::{SENSORS, Sample};
+    use amiro_ipf::model::{SENSORS, Sample};
 
     #[test]
     fn readings_at_125_hertz_get_eight_ticks_a_second() {

@@ -14,11 +14,11 @@ pub const RESERVE: usize = 24;
 
 /// Places in which all frames of any one input fit: 211 of particles for 8000
 /// outcomes, the step's begin and end, the answer.
-pub const INPUT_ROOM: usize = CAPACITY.div_ceil(crate::event::BATCH) + RESERVE;
+pub const INPUT_ROOM: usize = CAPACITY.div_ceil(crate::node::BATCH) + RESERVE;
 
 /// Readings, poses and health reports on their way to `think`, one place less than
 /// this: 125 readings, 16 poses and 8 reports a second are 19 in the longest step.
 pub const REPORT_QUEUE: usize = 32;
 
 const _: () = assert!(INPUT_ROOM < SEND_QUEUE);
-const _: () = assert!(RECEIVE_QUEUE >= 2 * crate::wire::WINDOW as usize * crate::wire::MAX_FRAME);
+const _: () = assert!(RECEIVE_QUEUE >= 2 * crate::link::WINDOW as usize * crate::link::MAX_FRAME);

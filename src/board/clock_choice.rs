@@ -1,6 +1,6 @@
 //! Which clock the core runs on: the best that the board can start.
 
-use crate::event::ClockSource;
+use crate::link::ClockSource;
 
 /// What the clock unit can be told; every call waits a bounded time at most. The second
 /// implementor is the tests' model.

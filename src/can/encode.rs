@@ -3,7 +3,7 @@
 
 use super::{Board, BodySpeed, Frame, StandardId, TransmittedPose};
 use crate::geometry::Pose;
-use crate::sensor::SENSORS;
+use crate::model::SENSORS;
 
 /// PROXIMITY_RING of a sensor, identifier 0x182 + 8 i: raw counts above the offset,
 /// scaled by [`scaled_above_offset`]. `None` for a sensor that the ring has not.

@@ -1,6 +1,6 @@
 //! When the ring's eight frames are sent.
 
-use crate::sensor::{SENSORS, SensorMask};
+use crate::model::{SENSORS, SensorMask};
 
 /// Between the first frames of two cycles, microseconds: the robots' 63 ms.
 pub const CYCLE_US: u64 = 63_000;

@@ -1,6 +1,6 @@
 //! How the robot moves, in the words of the bus: forward and about itself.
 
-use crate::kinematics::{DifferentialDrive, WheelSpeeds};
+use crate::model::{DifferentialDrive, WheelSpeeds};
 
 /// Speed of the body: AMiRo's v and w_z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,7 +31,7 @@ impl BodySpeed {
 mod tests {
     use super::*;
     use crate::geometry::Point;
-    use crate::kinematics::InverseMotion;
+    use crate::model::InverseMotion;
 
     const DRIVE: DifferentialDrive = DifferentialDrive::AMIRO;
 

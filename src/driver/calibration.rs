@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::offsets::{OFFSET_RANGE, OffsetOrigin, Offsets};
-use crate::sensor::SENSORS;
+use crate::model::SENSORS;
 
 /// Readings that make an offset: 160 ms at 125 Hz; noise of 4.6 counts leaves 1.0.
 pub const READINGS: u8 = 20;

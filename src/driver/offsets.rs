@@ -8,7 +8,7 @@ use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use super::proximity_sensor::DEFAULT_OFFSET;
-use crate::sensor::SENSORS;
+use crate::model::SENSORS;
 
 /// What an offset can be, counts. Two robots have 2150 to 2510.
 pub const OFFSET_RANGE: RangeInclusive<u16> = 1_500..=3_500;

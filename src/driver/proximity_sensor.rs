@@ -4,8 +4,8 @@ use vcnl4020::{Measurement, SATURATED};
 
 use super::sensor_state::{SensorCounters, SensorFault, SensorState};
 use super::watch::{Watch, is_dazzled};
-use crate::sampling::MAX_SAMPLE_AGE_US;
-use crate::sensor::Sample;
+use crate::model::Sample;
+use crate::node::MAX_SAMPLE_AGE_US;
 
 /// A value older than this is not used: two periods of 125 Hz.
 pub const MAX_AGE_US: u64 = MAX_SAMPLE_AGE_US;

@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use amiro_ipf::driver::{Bus, BusFault, ProximityRing, SensorState};
-//! use amiro_ipf::sensor::Sample;
+//! use amiro_ipf::model::Sample;
 //!
 //! let mut ring = ProximityRing::new();
 //! for round in 0..3 {
@@ -31,7 +31,7 @@ use pca9544a::Channel;
 use super::branch::{Branch, BranchCounters};
 use super::proximity_sensor::ProximitySensor;
 use super::sensor_state::{SensorCounters, SensorState};
-use crate::sensor::{SENSORS, Sample, SensorMask};
+use crate::model::{SENSORS, Sample, SensorMask};
 
 /// One of the two buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,7 @@ impl Place {
 
 /// Where each sensor of the AMiRo is connected, by its index on the ring.
 ///
-/// The index runs clockwise from back left, see [`Ring::AMIRO`](crate::sensor::Ring).
+/// The index runs clockwise from back left, see [`Ring::AMIRO`](crate::model::Ring).
 /// As two generations of AMiRo-OS have it; a robot whose buses were swapped in its
 /// wiring cannot be told from the buses, only by a hand in front of a sensor.
 pub const AMIRO_PLACES: [Place; SENSORS] = [

@@ -1,6 +1,6 @@
 //! Gating: what a survivor or a rejected particle counts as (equation 3).
 
-use super::{FilterParameters, View};
+use super::{Evaluation, FilterParameters};
 
 /// What became of a live particle in a step; the map counts two of the four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -13,7 +13,7 @@ pub enum Outcome {
     /// Rejected: counts as free.
     RejectedFree,
     /// Rejected where no sensor can vouch for free space: counts nothing.
-    RejectedBehind,
+    RejectedUnobserved,
 }
 
 impl Outcome {
@@ -30,7 +30,7 @@ impl Outcome {
         }
     }
 
-    /// A rejected particle by what the sensors saw of its place ([`View::flags`]).
+    /// A rejected particle by what the sensors saw of its place ([`Evaluation::flags`]).
     ///
     /// Equation 3 counts every rejection as free. Even so a place that no sensor has
     /// in view counts nothing. With the side test, one must see past it: a rejection
@@ -39,14 +39,14 @@ impl Outcome {
     #[inline]
     pub(crate) fn of_rejected(parameters: &FilterParameters, view: u8) -> Self {
         let needed = if parameters.side_test {
-            View::SEEN_PAST
+            Evaluation::SEEN_PAST
         } else {
-            View::IN_VIEW
+            Evaluation::IN_VIEW
         };
         if view & needed != 0 {
             Self::RejectedFree
         } else {
-            Self::RejectedBehind
+            Self::RejectedUnobserved
         }
     }
 }
@@ -77,11 +77,14 @@ mod tests {
 
     #[test]
     fn rejections_count_by_profile() {
-        use Outcome::{RejectedBehind, RejectedFree};
-        let (seen, past) = (View::IN_VIEW, View::IN_VIEW | View::SEEN_PAST);
+        use Outcome::{RejectedFree, RejectedUnobserved};
+        let (seen, past) = (
+            Evaluation::IN_VIEW,
+            Evaluation::IN_VIEW | Evaluation::SEEN_PAST,
+        );
         for (view, paper, plus) in [
-            (0, RejectedBehind, RejectedBehind),
-            (seen, RejectedFree, RejectedBehind),
+            (0, RejectedUnobserved, RejectedUnobserved),
+            (seen, RejectedFree, RejectedUnobserved),
             (past, RejectedFree, RejectedFree),
         ] {
             assert_eq!(

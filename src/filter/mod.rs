@@ -28,4 +28,4 @@ pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, Sur
 pub use particles::ParticleSet;
 pub use step::InverseParticleFilter;
 pub use tally::Tally;
-pub use weigh::{Scan, View};
+pub use weigh::{Evaluation, Scan};

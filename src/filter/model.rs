@@ -3,8 +3,7 @@
 use super::FilterParameters;
 use super::visibility::Visibility;
 use crate::geometry::Point;
-use crate::kinematics::DifferentialDrive;
-use crate::sensor::{Lobe, Mount, Photometry, Ring, SENSORS};
+use crate::model::{BeamPattern, DifferentialDrive, Mount, Photometry, Ring, SENSORS};
 
 /// The robot, its sensors and the filter's choices, ready for stepping.
 ///
@@ -16,12 +15,12 @@ pub struct Model {
     pub(crate) photometry: Photometry,
     pub(crate) drive: DifferentialDrive,
     pub(crate) mounts: [Mount; SENSORS],
-    pub(crate) lobe: Lobe,
+    pub(crate) beam_pattern: BeamPattern,
     pub(crate) visibility: Visibility,
 }
 
 impl Model {
-    /// Prepares a model: the sensors' axes and the lobe's table.
+    /// Prepares a model: the sensors' axes and the table of the beam pattern.
     #[must_use]
     pub fn new(
         parameters: FilterParameters,
@@ -30,14 +29,14 @@ impl Model {
         drive: DifferentialDrive,
     ) -> Self {
         let mounts = core::array::from_fn(|index| ring.mount(index));
-        let lobe = Lobe::of(&photometry);
+        let beam_pattern = BeamPattern::of(&photometry);
         Self {
             parameters,
             photometry,
             drive,
             mounts,
-            visibility: Visibility::of(&mounts, &lobe),
-            lobe,
+            visibility: Visibility::of(&mounts, &beam_pattern),
+            beam_pattern,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The particle set: eight bytes a particle, structure of arrays, fixed capacity.
 
-use super::View;
+use super::Evaluation;
 use crate::checksum::Digest;
 use crate::geometry::Point;
 use crate::math;
@@ -180,12 +180,12 @@ impl Slot<'_> {
     }
 
     #[inline]
-    pub(super) fn set_evaluation(&mut self, evaluation: &View) {
+    pub(super) fn set_evaluation(&mut self, evaluation: &Evaluation) {
         *self.weight = evaluation.packed_weight();
         *self.flags = evaluation.flags();
     }
 
-    /// What the sensors saw of the particle's position, see [`View::flags`].
+    /// What the sensors saw of the particle's position, see [`Evaluation::flags`].
     #[inline]
     pub(super) fn flags(&self) -> u8 {
         *self.flags
@@ -195,13 +195,13 @@ impl Slot<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Config;
     use crate::filter::{InverseParticleFilter, Profile};
     use crate::geometry::Motion;
+    use crate::model::Sample;
+    use crate::node::Config;
     use crate::random::{Generator, uniform_below};
-    use crate::sensor::Sample;
 
-    const SEEN: View = View {
+    const SEEN: Evaluation = Evaluation {
         weight: 0.5,
         in_view: true,
         seen_past: false,

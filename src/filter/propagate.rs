@@ -4,7 +4,7 @@ use rand_core::Rng;
 
 use super::Model;
 use crate::geometry::{Motion, Point};
-use crate::kinematics::{InverseMotion, TravelNoise, WheelTravel};
+use crate::model::{InverseMotion, TravelNoise, WheelTravel};
 use crate::random::standard_normal_pair;
 
 /// The motion model p(k | k', u) of one step, prepared for many particles.

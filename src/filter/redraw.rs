@@ -26,7 +26,7 @@ fn draw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<Point> {
     let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?; // 1: n ~ U(1, N)
     let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0); // 2: phi ~ U
     let (sine, cosine) = math::sin_cos(bearing);
-    let range = beam.draw_range_on_axis(model, rng) * model.lobe.at(cosine); // 3: r ~ N(x, sigma)
+    let range = beam.draw_range_on_axis(model, rng) * model.beam_pattern.at(cosine); // 3: r ~ N(x, sigma)
     let in_sensor = Point::new(range * cosine, range * sine);
     Some(beam.mount.body_from_sensor(in_sensor)) // 4: k
 }
@@ -60,9 +60,8 @@ impl Slot<'_> {
 mod tests {
     use super::*;
     use crate::filter::{FilterParameters, Profile};
-    use crate::kinematics::DifferentialDrive;
+    use crate::model::{DifferentialDrive, Photometry, Reading, Ring, SENSORS, Sample};
     use crate::random::Generator;
-    use crate::sensor::{Photometry, Reading, Ring, SENSORS, Sample};
 
     fn model(parameters: FilterParameters) -> Model {
         Model::new(
@@ -95,14 +94,14 @@ mod tests {
     fn draws_follow_the_arc_with_the_sensors_noise() {
         let model = model(FilterParameters::PAPER);
         let mount = Ring::AMIRO.mount(3);
-        let echo = model.photometry.echo(78.0).unwrap();
+        let echo = model.photometry.range_estimate(78.0).unwrap();
         const COUNT: usize = 20_000;
         for seed in 1..=3 {
             let scores: Vec<f64> = draws(&model, only(3, 78), seed, COUNT)
                 .into_iter()
                 .map(|place| {
                     let seen = mount.sensor_from_body(place);
-                    let on_axis = seen.norm() / model.lobe.at(seen.x / seen.norm());
+                    let on_axis = seen.norm() / model.beam_pattern.at(seen.x / seen.norm());
                     f64::from((on_axis - echo.range_m) / echo.sigma_m)
                 })
                 .collect();
@@ -175,7 +174,7 @@ mod tests {
                 .iter()
                 .filter(|place| {
                     let seen = mount.sensor_from_body(**place);
-                    seen.norm() < 0.1 * model.lobe.at(seen.x / seen.norm())
+                    seen.norm() < 0.1 * model.beam_pattern.at(seen.x / seen.norm())
                 })
                 .count();
             // Half the radius holds a quarter of the area; sigma 0.003.

@@ -5,8 +5,8 @@ use super::resample::Resampler;
 use super::tally::Tally;
 use super::{Model, Outcome, ParticleSet, Scan};
 use crate::geometry::{Motion, Point};
+use crate::model::{Reading, SENSORS};
 use crate::random::Generator;
-use crate::sensor::{Reading, SENSORS};
 
 /// The inverse particle filter over a borrowed particle set.
 ///
@@ -125,8 +125,7 @@ mod tests {
     use super::*;
     use crate::filter::{FilterParameters, Profile};
     use crate::geometry::{Angle, Pose};
-    use crate::kinematics::DifferentialDrive;
-    use crate::sensor::{Photometry, Ring, Sample};
+    use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
 
     const N: usize = 800;
 
@@ -374,9 +373,11 @@ mod tests {
                 let mut set = ParticleSet::<4000>::new();
                 let mut filter = InverseParticleFilter::new(&mut set, 4000, seed);
                 let mut seen = [Reading::Faulty; SENSORS];
-                seen[0] = Reading::Range(law.echo(law.counts(0.10, 0.0).unwrap()).unwrap());
+                seen[0] =
+                    Reading::Range(law.range_estimate(law.counts(0.10, 0.0).unwrap()).unwrap());
                 filter.step(&model, &Motion::NONE, &seen, |_, _| {});
-                seen[0] = Reading::Range(law.echo(law.counts(0.09, 0.0).unwrap()).unwrap());
+                seen[0] =
+                    Reading::Range(law.range_estimate(law.counts(0.09, 0.0).unwrap()).unwrap());
                 let tally = filter.step(&model, &forward(0.01), &seen, |_, _| {});
                 let survived = tally.survived() as f32 / 4000.0;
                 assert!(

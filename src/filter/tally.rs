@@ -55,7 +55,7 @@ impl Tally {
             }
             Outcome::SurvivedBelowGate => self.below_gate += 1,
             Outcome::RejectedFree => self.free += 1,
-            Outcome::RejectedBehind => self.unobserved += 1,
+            Outcome::RejectedUnobserved => self.unobserved += 1,
         }
     }
 }

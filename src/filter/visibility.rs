@@ -5,7 +5,7 @@
 //! names those that must be.
 
 use crate::geometry::Point;
-use crate::sensor::{Lobe, Mount, SENSORS, SensorMask};
+use crate::model::{BeamPattern, Mount, SENSORS, SensorMask};
 
 /// Cells along each side of the table.
 const SIDE: usize = 32;
@@ -25,7 +25,7 @@ pub(crate) struct Visibility {
 
 impl Visibility {
     /// Tabulates the mounts' views; about 200 000 instructions, once a run.
-    pub(crate) fn of(mounts: &[Mount; SENSORS], lobe: &Lobe) -> Self {
+    pub(crate) fn of(mounts: &[Mount; SENSORS], lobe: &BeamPattern) -> Self {
         let mut rows = [[SensorMask::NONE; SIDE]; SIDE];
         for (row, cells) in rows.iter_mut().enumerate() {
             for (column, cell) in cells.iter_mut().enumerate() {
@@ -66,7 +66,7 @@ fn cell_of(metres: f32) -> usize {
 ///
 /// By the distance to the line that bounds the cone on the point's side: never more
 /// than that to the cone itself.
-fn may_see(mount: &Mount, lobe: &Lobe, centre: Point) -> bool {
+fn may_see(mount: &Mount, lobe: &BeamPattern, centre: Point) -> bool {
     let seen = mount.sensor_from_body(centre);
     let tangent = lobe.tangent_max();
     let line = Point::new(1.0, tangent).norm();
@@ -76,12 +76,12 @@ fn may_see(mount: &Mount, lobe: &Lobe, centre: Point) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Photometry, Ring};
     use crate::random::{Generator, uniform};
-    use crate::sensor::{Photometry, Ring};
 
     #[test]
     fn no_sensor_that_sees_a_place_is_missing() {
-        let lobe = Lobe::of(&Photometry::VCNL4020);
+        let lobe = BeamPattern::of(&Photometry::VCNL4020);
         let mounts = core::array::from_fn(|index| Ring::AMIRO.mount(index));
         let visibility = Visibility::of(&mounts, &lobe);
         let mut rng = Generator::seeded(5);
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn no_sensor_is_asked_about_a_cell_that_its_lobe_keeps_away_from() {
-        let lobe = Lobe::of(&Photometry::VCNL4020);
+        let lobe = BeamPattern::of(&Photometry::VCNL4020);
         let mounts: [Mount; SENSORS] = core::array::from_fn(|index| Ring::AMIRO.mount(index));
         let visibility = Visibility::of(&mounts, &lobe);
         // 32 cells of 32 mm, the middle of the robot between the 16th and the 17th.

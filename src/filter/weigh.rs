@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::Model;
 use crate::geometry::Point;
 use crate::math;
-use crate::sensor::{Echo, Mount, Reading, SENSORS};
+use crate::model::{Mount, RangeEstimate, Reading, SENSORS};
 
 /// Squared distance from the arc, in variances, beyond which a support is none: it
 /// would be below exp(-12) = 6e-6, less than half a unit of a stored weight.
@@ -13,7 +13,7 @@ const FAR_SQUARED: f32 = 24.0;
 
 /// What the sensors say about one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct Evaluation {
     /// P(wall here | readings) in [0, 1], peak-normalised: a score, not a density.
     pub weight: f32,
     /// Whether any usable sensor has the place within its largest bearing.
@@ -22,7 +22,7 @@ pub struct View {
     pub seen_past: bool,
 }
 
-impl View {
+impl Evaluation {
     pub(crate) const IN_VIEW: u8 = 1;
     pub(crate) const SEEN_PAST: u8 = 2;
 
@@ -43,7 +43,7 @@ impl View {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
     pub(crate) mount: Mount,
-    pub(crate) echo: Echo,
+    pub(crate) echo: RangeEstimate,
     /// Whether the echo is a surface; otherwise it is the limit of an empty lobe.
     pub(crate) surface: bool,
 }
@@ -102,7 +102,7 @@ impl Scan {
     /// and 60 more for each that has.
     #[must_use]
     #[inline]
-    pub fn weigh(&self, model: &Model, place: Point) -> View {
+    pub fn weigh(&self, model: &Model, place: Point) -> Evaluation {
         let parameters = &model.parameters;
         let model_variance = parameters.model_error_m * parameters.model_error_m;
         let margin_squared = parameters.side_margin * parameters.side_margin;
@@ -115,12 +115,12 @@ impl Scan {
                 continue;
             };
             let seen = beam.mount.sensor_from_body(place);
-            if seen.x <= 0.0 || seen.y.abs() > model.lobe.tangent_max() * seen.x {
+            if seen.x <= 0.0 || seen.y.abs() > model.beam_pattern.tangent_max() * seen.x {
                 continue;
             }
             in_view = true;
             let range = seen.norm();
-            let lobe = model.lobe.at(seen.x / range);
+            let lobe = model.beam_pattern.at(seen.x / range);
             let sigma = beam.echo.sigma_m * lobe;
             let variance = sigma * sigma + model_variance;
             let short = beam.echo.range_m * lobe - range;
@@ -133,7 +133,7 @@ impl Scan {
                 veto *= parameters.veto;
             }
         }
-        View {
+        Evaluation {
             weight: (1.0 - unsupported) * veto,
             in_view,
             seen_past,
@@ -145,8 +145,7 @@ impl Scan {
 mod tests {
     use super::*;
     use crate::filter::{FilterParameters, Profile};
-    use crate::kinematics::DifferentialDrive;
-    use crate::sensor::{Photometry, Ring, Sample};
+    use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
 
     fn model(parameters: FilterParameters) -> Model {
         Model::new(
@@ -184,7 +183,7 @@ mod tests {
     fn weight_is_one_on_the_arc_and_falls_as_the_normal_curve() {
         let model = model(FilterParameters::PAPER);
         let scan = scan(&model, only(3, TENTH));
-        let echo = model.photometry.echo(78.0).unwrap();
+        let echo = model.photometry.range_estimate(78.0).unwrap();
         let sigma = math::sqrt(echo.sigma_m * echo.sigma_m + 0.008 * 0.008);
         for (offset, expected) in [
             (0.0, 1.0),
@@ -220,9 +219,9 @@ mod tests {
     /// The place at a bearing of sensor 3, so many standard deviations of the sensor's own
     /// behind its arc.
     fn off_the_arc(model: &Model, degrees: f32, sigmas: f32) -> Point {
-        let echo = model.photometry.echo(78.0).unwrap();
+        let echo = model.photometry.range_estimate(78.0).unwrap();
         let (sine, cosine) = math::sin_cos(degrees.to_radians());
-        let range = (echo.range_m + sigmas * echo.sigma_m) * model.lobe.at(cosine);
+        let range = (echo.range_m + sigmas * echo.sigma_m) * model.beam_pattern.at(cosine);
         Ring::AMIRO
             .mount(3)
             .body_from_sensor(Point::new(range * cosine, range * sine))
@@ -295,7 +294,7 @@ mod tests {
 
     #[test]
     fn a_weight_is_stored_in_65535_parts_beside_what_was_seen() {
-        let view = |weight| View {
+        let view = |weight| Evaluation {
             weight,
             in_view: true,
             seen_past: false,
@@ -303,12 +302,12 @@ mod tests {
         for (weight, stored) in [(0.0, 0), (0.2, 13_107), (0.5, 32_768), (1.0, 65_535)] {
             assert_eq!(view(weight).packed_weight(), stored, "{weight}");
         }
-        assert_eq!(view(1.0).flags(), View::IN_VIEW);
-        let past = View {
+        assert_eq!(view(1.0).flags(), Evaluation::IN_VIEW);
+        let past = Evaluation {
             seen_past: true,
             ..view(1.0)
         };
-        assert_eq!(past.flags(), View::IN_VIEW | View::SEEN_PAST);
+        assert_eq!(past.flags(), Evaluation::IN_VIEW | Evaluation::SEEN_PAST);
     }
 
     #[test]

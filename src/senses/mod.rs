@@ -13,11 +13,10 @@ use crate::driver::{
     AMIRO_PLACES, Bus, BusFault, OffsetMeasurement, OffsetOrigin, Offsets, ProximityRing,
     Transaction,
 };
-use crate::event::OffsetReport;
 use crate::geometry::Pose;
-use crate::health::{BusHealth, BusState, CanHealth, SensorHealth};
-use crate::input::Input;
-use crate::sensor::{SENSORS, Sample, SensorMask};
+use crate::link::{BusHealth, BusState, CanHealth, OffsetReport, SensorHealth};
+use crate::model::{SENSORS, Sample, SensorMask};
+use crate::node::Input;
 
 use store::OffsetStore;
 use update_clock::UpdateClock;

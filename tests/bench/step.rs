@@ -4,10 +4,10 @@
 
 use std::hint::black_box;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::{InverseParticleFilter, ParticleSet, Profile};
 use amiro_ipf::geometry::{Angle, Motion, Point};
-use amiro_ipf::sensor::Sample;
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::Config;
 use criterion::{Criterion, criterion_group, criterion_main};
 
 fn step(criterion: &mut Criterion) {

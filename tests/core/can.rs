@@ -10,8 +10,8 @@ use amiro_ipf::can::{
     actual_speed, odometry, target_speed,
 };
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::kinematics::DifferentialDrive;
-use amiro_ipf::odometry::Odometry;
+use amiro_ipf::model::DifferentialDrive;
+use amiro_ipf::node::odometry::Odometry;
 use amiro_ipf::random::Generator;
 use proptest::prelude::*;
 

@@ -316,7 +316,7 @@ fn ring_of_a_minute_is_sent_whole_beside_the_patrols() {
     for _ in 0..60_000 {
         bench.pass(1_000);
         let now_us = bench.now_us();
-        if let Some(sensor) = schedule.due(now_us, amiro_ipf::sensor::SensorMask::ALL) {
+        if let Some(sensor) = schedule.due(now_us, amiro_ipf::model::SensorMask::ALL) {
             assert!(bench.transmit(&ring(sensor)));
         }
         if now_us.is_multiple_of(PATROL_US) {

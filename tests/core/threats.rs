@@ -3,17 +3,14 @@
 use std::path::PathBuf;
 
 use amiro_ipf::can::{BodySpeed, Identifier, Message, actual_speed, proximity_ring, target_speed};
-use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::{Boot, ClockSource, Event};
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::kinematics::WheelSpeeds;
-use amiro_ipf::node::Node;
+use amiro_ipf::link::{
+    self, Boot, ClockSource, Decoder, DeviceEndpoint, Encoder, Received, WINDOW, WIRE_VERSION,
+};
+use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
+use amiro_ipf::node::{Config, Fault, Input, Node, Source, StepRule};
 use amiro_ipf::senses::{Heard, Senses};
-use amiro_ipf::sensor::{SENSORS, Sample};
-use amiro_ipf::wire::{self, Decoder, Encoder, Outgoing, Received, Terminal, WINDOW, WIRE_VERSION};
 
 use crate::common;
 
@@ -173,15 +170,15 @@ fn refusals(inputs: &[Input]) -> Vec<Option<Fault>> {
         core_hz: 0,
     };
     let mut particles = ParticleSet::<80>::new();
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot, 3);
+    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot, 3);
     let (mut host, mut decoder) = (Encoder::new(0xa5), Decoder::new());
     let mut refusals = Vec::new();
     for input in inputs {
-        for byte in host.encode(Outgoing::Input(input)) {
+        for byte in host.encode(input) {
             terminal.receive(*byte, &mut |frame, _| {
                 for received in frame.iter().filter_map(|byte| decoder.push(*byte)) {
                     if let Received::Frame { frame, .. } = received
-                        && let wire::Message::Event(Event::Answer { refused, .. }) = frame.message
+                        && let link::Message::Answer { refused, .. } = frame.message
                     {
                         refusals.push(refused);
                     }

@@ -9,8 +9,8 @@ use amiro_ipf::board::{budget, can, i2c};
 use amiro_ipf::can::{CYCLE_US, LEAST_GAP_US, READ, StandardId, proximity_ring};
 use amiro_ipf::driver::branch::USUAL_ROUND_CLOCKS;
 use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01, vcnl4020};
+use amiro_ipf::model::{Ring, SENSORS};
 use amiro_ipf::senses::{ODOMETRY_AGE_US, ROUND_US};
-use amiro_ipf::sensor::{Ring, SENSORS};
 
 fn read(path: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()

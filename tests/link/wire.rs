@@ -8,32 +8,25 @@ use std::time::{Duration, Instant};
 
 use amiro_ipf::can::CanState;
 use amiro_ipf::checksum::Digest;
-use amiro_ipf::config::{Choice, Config, Source, StepRule};
 use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorFault, SensorState};
-use amiro_ipf::event::{
-    BATCH, BoardStatus, Boot, ClockSource, Event, NodeStatus, Obstacle, OffsetReport,
-    ParticleEvent, Particles, Status, StepBegun, StepDone,
-};
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{
     FilterParameters, NothingDraw, Outcome, ParticleSet, Profile, SurvivalRule,
 };
 use amiro_ipf::geometry::{Point, Pose};
-use amiro_ipf::health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
-use amiro_ipf::input::Input;
-use amiro_ipf::kinematics::{DifferentialDrive, WheelSpeeds};
-use amiro_ipf::node::Node;
-use amiro_ipf::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
+use amiro_ipf::link::{
+    BoardStatus, Boot, BusHealth, BusState, CanHealth, ClockSource, Decoder, Encoder, FAULTS_CHUNK,
+    Frame, FrameError, Health, MAX_FRAME, Message, OffsetReport, Received, SCENARIO_CHUNK,
+    SensorHealth, Status, Truth, WINDOW, WIRE_VERSION,
+};
+use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
+use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
+use amiro_ipf::node::{
+    BATCH, Config, Event, Fault, Input, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
+    SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule,
+};
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sampling;
-use amiro_ipf::seed::SeedSource;
-use amiro_ipf::sensor::{Photometry, Ring, Sample, SensorMask};
 use amiro_ipf::supervision::{
     Cause, ImageCheck, Mode, PLACE, PostMortem, Registers, ResetCause, Supervision,
-};
-use amiro_ipf::wire::{
-    Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message, Received,
-    SCENARIO_CHUNK, Truth, WINDOW, WIRE_VERSION,
 };
 use proptest::prelude::*;
 
@@ -43,7 +36,7 @@ const OUTCOMES: [Outcome; 4] = [
     Outcome::SurvivedPastGate,
     Outcome::SurvivedBelowGate,
     Outcome::RejectedFree,
-    Outcome::RejectedBehind,
+    Outcome::RejectedUnobserved,
 ];
 
 /// That the document holds every row; all that it lacks is in the message.
@@ -58,26 +51,26 @@ fn assert_stated(rows: impl IntoIterator<Item = String>) {
 
 fn kind(message: &Message) -> &'static str {
     match message {
-        Message::Input(Input::Hello) => "Hello",
+        Message::Hello => "Hello",
         Message::Input(Input::Configure(_)) => "Configure",
         Message::Input(Input::Proximity { .. }) => "Proximity",
         Message::Input(Input::Odometry { .. }) => "Odometry",
         Message::Input(Input::Wheels { .. }) => "Wheels",
         Message::Input(Input::Tick { .. }) => "Tick",
-        Message::Input(Input::Calibrate) => "Calibrate",
+        Message::Calibrate => "Calibrate",
         Message::Input(Input::Limit { .. }) => "Limit",
-        Message::Event(Event::Boot(_)) => "Boot",
+        Message::Boot(_) => "Boot",
         Message::Event(Event::Configured(_)) => "Configured",
         Message::Event(Event::StepBegun(_)) => "StepBegun",
         Message::Event(Event::Particles(_)) => "Particles",
         Message::Event(Event::StepDone(_)) => "StepDone",
-        Message::Event(Event::Answer { .. }) => "Answer",
-        Message::Event(Event::Status(_)) => "Status",
-        Message::Event(Event::BrokeOff { .. }) => "BrokeOff",
-        Message::Event(Event::Health(_)) => "Health",
-        Message::Event(Event::PostMortem(_)) => "PostMortem",
-        Message::Event(Event::Supervision(_)) => "Supervision",
-        Message::Event(Event::Offsets(_)) => "Offsets",
+        Message::Answer { .. } => "Answer",
+        Message::Status(_) => "Status",
+        Message::Event(Event::OdometryReset { .. }) => "BrokeOff",
+        Message::Health(_) => "Health",
+        Message::PostMortem(_) => "PostMortem",
+        Message::Supervision(_) => "Supervision",
+        Message::Offsets(_) => "Offsets",
         Message::Truth(Truth::Pose { .. }) => "Truth pose",
         Message::Truth(Truth::Scenario(_)) => "Truth scenario",
         Message::Truth(Truth::Seed(_)) => "Truth seed",
@@ -274,42 +267,41 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         Sample::Counts(64),
     ];
     let host = [
-        ("hello", Input::Hello),
+        ("hello", Message::Hello),
         (
             "configure-paper",
-            Input::Configure(Config::amiro(Profile::Paper)),
+            Message::Input(Input::Configure(Config::amiro(Profile::Paper))),
         ),
         (
             "configure-plus",
-            Input::Configure(Config::amiro(Profile::Plus)),
+            Message::Input(Input::Configure(Config::amiro(Profile::Plus))),
         ),
         (
             "proximity",
-            Input::Proximity {
+            Message::Input(Input::Proximity {
                 stamp_us: 1_000_000,
                 samples,
-            },
+            }),
         ),
         (
             "odometry",
-            Input::Odometry {
+            Message::Input(Input::Odometry {
                 stamp_us: 1_008_000,
                 pose,
-            },
+            }),
         ),
         (
             "wheels",
-            Input::Wheels {
+            Message::Input(Input::Wheels {
                 stamp_us: 300,
                 speeds: WheelSpeeds {
                     left_m_per_s: 0.08,
                     right_m_per_s: -0.08,
                 },
-            },
+            }),
         ),
-        ("tick", Input::Tick { stamp_us: 125_000 }),
-    ]
-    .map(|(name, input)| (name, Message::Input(input)));
+        ("tick", Message::Input(Input::Tick { stamp_us: 125_000 })),
+    ];
     let truth = [
         (
             "truth-pose",
@@ -325,11 +317,10 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         ("truth-seed", Truth::Seed(42)),
     ]
     .map(|(name, truth)| (name, Message::Truth(truth)));
-    let limit = Input::Limit {
+    let limit = Message::Input(Input::Limit {
         particles_per_sensor: 750,
-    };
-    let host_since_2 = [("calibrate", Input::Calibrate), ("limit", limit)]
-        .map(|(name, input)| (name, Message::Input(input)));
+    });
+    let host_since_2 = [("calibrate", Message::Calibrate), ("limit", limit)];
     let truth_since_2 = Truth::Faults {
         seed: 7,
         text: b"s3=off@5s".iter().copied().collect(),
@@ -338,7 +329,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let board = [
         (
             "boot",
-            Event::Boot(Boot {
+            Message::Boot(Boot {
                 wire_version: 3,
                 build_id: 0x0123_4567_89ab_cdef,
                 capacity: 8000,
@@ -350,83 +341,89 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         ),
         (
             "configured",
-            Event::Configured(Config {
+            Message::Event(Event::Configured(Config {
                 step_rule: StepRule::PerTick { own_clock: true },
                 ..Config::amiro(Profile::Paper)
-            }),
+            })),
         ),
         (
             "step-begun",
-            Event::StepBegun(StepBegun {
+            Message::Event(Event::StepBegun(StepBegun {
                 index: 263,
                 stamp_us: 1_000_000,
                 pose,
                 samples,
-            }),
+            })),
         ),
-        ("particles-1", Event::Particles(example_batch(1))),
-        ("particles-38", Event::Particles(example_batch(38))),
+        (
+            "particles-1",
+            Message::Event(Event::Particles(example_batch(1))),
+        ),
+        (
+            "particles-38",
+            Message::Event(Event::Particles(example_batch(38))),
+        ),
         (
             "step-done",
-            Event::StepDone(StepDone {
+            Message::Event(Event::StepDone(StepDone {
                 index: 263,
                 digest: 0xdead_beef,
                 past_gate: 812,
                 below_gate: 5000,
                 free: 2000,
-                behind: 100,
+                unobserved: 100,
                 departed: 88,
                 degenerate: false,
-            }),
+            })),
         ),
         (
             "answer",
-            Event::Answer {
+            Message::Answer {
                 input: 2,
                 refused: None,
             },
         ),
         (
             "answer-refused",
-            Event::Answer {
+            Message::Answer {
                 input: 300,
                 refused: Some(Fault::StampBackward),
             },
         ),
-        ("status", Event::Status(example_status())),
-        ("status-first", Event::Status(Status::default())),
+        ("status", Message::Status(example_status())),
+        ("status-first", Message::Status(Status::default())),
         (
             "configured-board",
-            Event::Configured(Config {
-                choice: Choice::Median,
+            Message::Event(Event::Configured(Config {
+                choice: SampleSelection::Median,
                 source: Source::Board,
                 ..Config::amiro(Profile::Plus)
-            }),
+            })),
         ),
         (
             "broke-off",
-            Event::BrokeOff {
+            Message::Event(Event::OdometryReset {
                 stamp_us: 3_000_000,
-            },
+            }),
         ),
-        ("health", Event::Health(example_health())),
-        ("health-first", Event::Health(Health::default())),
-        ("offsets", Event::Offsets(measured)),
-        ("offsets-refused", Event::Offsets(refused)),
+        ("health", Message::Health(example_health())),
+        ("health-first", Message::Health(Health::default())),
+        ("offsets", Message::Offsets(measured)),
+        ("offsets-refused", Message::Offsets(refused)),
         (
             "answer-not-the-source",
-            Event::Answer {
+            Message::Answer {
                 input: 5,
                 refused: Some(Fault::NotTheSource),
             },
         ),
         (
             "post-mortem",
-            Event::PostMortem(example_post_mortem("src/node.rs")),
+            Message::PostMortem(example_post_mortem("src/node.rs")),
         ),
         (
             "supervision",
-            Event::Supervision(Supervision {
+            Message::Supervision(Supervision {
                 mode: Mode::SafeForImage,
                 reset: ResetCause::Watchdog,
                 image: ImageCheck::Damaged,
@@ -434,8 +431,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
                 stack_unused: 12_000,
             }),
         ),
-    ]
-    .map(|(name, event)| (name, Message::Event(event)));
+    ];
     let from = |boot_id, first: u16| {
         move |(place, (name, message))| (name, boot_id, first + place as u16, message)
     };
@@ -444,11 +440,11 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
     // A session that does not begin at 0.
-    let hello = Message::Input(Input::Hello);
-    let answer = Message::Event(Event::Answer {
+    let hello = Message::Hello;
+    let answer = Message::Answer {
         input: 0x9c41,
         refused: None,
-    });
+    };
     let session = [
         ("hello-session", 0xa5, 0x9c41, hello),
         ("answer-session", 3, 300, answer),
@@ -521,7 +517,7 @@ fn f69_frames_of_older_versions_that_changed_are_refused_and_their_boot_can_be_r
                 continue;
             }
             let Ok(Frame {
-                message: Message::Event(Event::Boot(boot)),
+                message: Message::Boot(boot),
                 ..
             }) = decoded
             else {
@@ -643,10 +639,10 @@ fn full_detail_at_eight_hertz_needs_what_the_document_says() {
 fn every_fault_of_the_document_has_its_code_and_words() {
     for (code, fault) in Fault::ALL.into_iter().enumerate() {
         assert_stated([format!("| {code} | `{fault:?}` | {fault} |")]);
-        let answer = Message::Event(Event::Answer {
+        let answer = Message::Answer {
             input: 0,
             refused: Some(fault),
-        });
+        };
         assert_eq!(payload_of(&answer), [1, 5, 0, 1, code as u8], "{fault:?}");
     }
 }
@@ -743,8 +739,11 @@ fn every_limit_of_the_document_is_the_one_that_is_kept() {
         format!("{MAX_TURN_RAD_PER_S} rad/s"),
         format!("more than {} s", MAX_GAP_US / 1_000_000),
         format!("more than {} ms after the last pose", MAX_AGE_US / 1_000),
-        format!("more than {} ms older", sampling::MAX_SAMPLE_AGE_US / 1_000),
-        format!("the last {} counts", sampling::WINDOW),
+        format!(
+            "more than {} ms older",
+            amiro_ipf::node::MAX_SAMPLE_AGE_US / 1_000
+        ),
+        format!("the last {} counts", amiro_ipf::node::WINDOW),
     ]);
 }
 
@@ -781,7 +780,7 @@ const IMAGE_CHECKS: [ImageCheck; 3] = [ImageCheck::Unmarked, ImageCheck::Good, I
 fn every_word_of_supervision_has_the_document_s_number() {
     for (number, cause) in CAUSES.into_iter().enumerate() {
         let record = PostMortem::new(cause, 0, 0);
-        let payload = payload_of(&Message::Event(Event::PostMortem(record)));
+        let payload = payload_of(&Message::PostMortem(record));
         assert_eq!(payload[..3], [1, 10, number as u8], "{cause:?}");
     }
     for (number, mode) in MODES.into_iter().enumerate() {
@@ -789,7 +788,7 @@ fn every_word_of_supervision_has_the_document_s_number() {
             mode,
             ..Supervision::default()
         };
-        let payload = payload_of(&Message::Event(Event::Supervision(supervision)));
+        let payload = payload_of(&Message::Supervision(supervision));
         assert_eq!(payload[..3], [1, 11, number as u8], "{mode:?}");
     }
     let causes = (0..).zip(&CAUSES).map(|(n, c)| word(n, c));
@@ -802,13 +801,13 @@ fn every_word_of_supervision_has_the_document_s_number() {
 #[test]
 fn every_word_of_health_and_offsets_has_the_document_s_number() {
     for (number, state) in SENSOR_STATES.into_iter().enumerate() {
-        let encoded = payload_of(&Message::Event(Event::Health(Health {
+        let encoded = payload_of(&Message::Health(Health {
             sensors: [SensorHealth {
                 state,
                 ..SensorHealth::default()
             }; 8],
             ..Health::default()
-        })));
+        }));
         let expected = match state {
             SensorState::Faulty(fault) => vec![6, fault as u8],
             _ => vec![number as u8],
@@ -827,7 +826,7 @@ fn every_word_of_health_and_offsets_has_the_document_s_number() {
     for (number, refusal) in (0..).zip(OFFSET_REFUSALS) {
         let [_, mut report] = example_offsets();
         report.refused = [Some(refusal); 8];
-        let encoded = payload_of(&Message::Event(Event::Offsets(report)));
+        let encoded = payload_of(&Message::Offsets(report));
         // Eight counts of two bytes, origin, kept, then the reasons.
         assert_eq!(encoded[2 + 16 + 2..][..2], [1, number], "{refusal:?}");
     }
@@ -934,7 +933,7 @@ fn longest_messages() -> Vec<Message> {
     let config = Config {
         seed: u64::MAX,
         particles_per_sensor: u16::MAX,
-        choice: Choice::Median,
+        choice: SampleSelection::Median,
         source: Source::Board,
         ..Config::amiro(Profile::Plus)
     };
@@ -961,22 +960,22 @@ fn longest_messages() -> Vec<Message> {
         sent_frames: u32::MAX,
     };
     let inputs = [
-        Input::Hello,
-        Input::Configure(config),
-        Input::Proximity { stamp_us, samples },
-        Input::Odometry { stamp_us, pose },
-        Input::Wheels {
+        Message::Hello,
+        Message::Input(Input::Configure(config)),
+        Message::Input(Input::Proximity { stamp_us, samples }),
+        Message::Input(Input::Odometry { stamp_us, pose }),
+        Message::Input(Input::Wheels {
             stamp_us,
             speeds: WheelSpeeds::default(),
-        },
-        Input::Tick { stamp_us },
-        Input::Calibrate,
-        Input::Limit {
+        }),
+        Message::Input(Input::Tick { stamp_us }),
+        Message::Calibrate,
+        Message::Input(Input::Limit {
             particles_per_sensor: u16::MAX,
-        },
+        }),
     ];
     let events = [
-        Event::Boot(Boot {
+        Message::Boot(Boot {
             wire_version: u8::MAX,
             build_id: u64::MAX,
             capacity: u32::MAX,
@@ -985,32 +984,32 @@ fn longest_messages() -> Vec<Message> {
             clock: ClockSource::Unknown,
             core_hz: u32::MAX,
         }),
-        Event::Configured(config),
-        Event::StepBegun(StepBegun {
+        Message::Event(Event::Configured(config)),
+        Message::Event(Event::StepBegun(StepBegun {
             index: u32::MAX,
             stamp_us,
             pose,
             samples,
-        }),
-        Event::Particles(example_batch(BATCH as i16)),
-        Event::StepDone(StepDone {
+        })),
+        Message::Event(Event::Particles(example_batch(BATCH as i16))),
+        Message::Event(Event::StepDone(StepDone {
             index: u32::MAX,
             digest: u32::MAX,
             past_gate: u16::MAX,
             below_gate: u16::MAX,
             free: u16::MAX,
-            behind: u16::MAX,
+            unobserved: u16::MAX,
             departed: u16::MAX,
             degenerate: true,
-        }),
-        Event::Answer {
+        })),
+        Message::Answer {
             input: u16::MAX,
             refused: Some(Fault::NotTheSource),
         },
-        Event::Status(Status { node, board }),
-        Event::BrokeOff { stamp_us },
-        Event::Health(longest_health()),
-        Event::PostMortem(PostMortem {
+        Message::Status(Status { node, board }),
+        Message::Event(Event::OdometryReset { stamp_us }),
+        Message::Health(longest_health()),
+        Message::PostMortem(PostMortem {
             step: u32::MAX,
             uptime_ms: u32::MAX,
             line: u32::MAX,
@@ -1025,11 +1024,11 @@ fn longest_messages() -> Vec<Message> {
             },
             ..example_post_mortem(&"x".repeat(PLACE))
         }),
-        Event::Supervision(Supervision {
+        Message::Supervision(Supervision {
             stack_unused: u32::MAX,
             ..Supervision::default()
         }),
-        Event::Offsets(OffsetReport {
+        Message::Offsets(OffsetReport {
             offsets: Offsets {
                 counts: [u16::MAX; 8],
                 origin: OffsetOrigin::Measured,
@@ -1047,10 +1046,9 @@ fn longest_messages() -> Vec<Message> {
             text: [0xff; FAULTS_CHUNK].into_iter().collect(),
         },
     ];
+    let inputs = inputs.into_iter();
     inputs
-        .map(Message::Input)
-        .into_iter()
-        .chain(events.map(Message::Event))
+        .chain(events)
         .chain(truths.map(Message::Truth))
         .collect()
 }
@@ -1134,7 +1132,7 @@ fn any_config() -> impl Strategy<Value = Config> {
         any::<bool>().prop_map(|own_clock| StepRule::PerTick { own_clock }),
     ];
     let choices = (any::<bool>(), any::<bool>(), any::<bool>(), any::<u8>());
-    let choice = prop::sample::select(&[Choice::Newest, Choice::Median][..]);
+    let choice = prop::sample::select(&[SampleSelection::Newest, SampleSelection::Median][..]);
     let source = prop::sample::select(&[Source::Link, Source::Board][..]);
     let floats = prop::collection::vec(any_float(), 22);
     let numbers = any::<(u64, u16, u8)>();
@@ -1194,25 +1192,26 @@ fn any_config() -> impl Strategy<Value = Config> {
     )
 }
 
-fn any_input() -> impl Strategy<Value = Input> {
+fn any_message_to_a_board() -> impl Strategy<Value = Message> {
     prop_oneof![
-        Just(Input::Hello),
-        any_config().prop_map(Input::Configure),
+        Just(Message::Hello),
+        any_config().prop_map(|config| Message::Input(Input::Configure(config))),
         (any::<u64>(), any_samples())
-            .prop_map(|(stamp_us, samples)| Input::Proximity { stamp_us, samples }),
-        (any::<u64>(), any_pose()).prop_map(|(stamp_us, pose)| Input::Odometry { stamp_us, pose }),
+            .prop_map(|(stamp_us, samples)| Message::Input(Input::Proximity { stamp_us, samples })),
+        (any::<u64>(), any_pose())
+            .prop_map(|(stamp_us, pose)| Message::Input(Input::Odometry { stamp_us, pose })),
         (any::<u64>(), any_float(), any_float()).prop_map(|(stamp_us, left, right)| {
             let speeds = WheelSpeeds {
                 left_m_per_s: left,
                 right_m_per_s: right,
             };
-            Input::Wheels { stamp_us, speeds }
+            Message::Input(Input::Wheels { stamp_us, speeds })
         }),
-        any::<u64>().prop_map(|stamp_us| Input::Tick { stamp_us }),
-        Just(Input::Calibrate),
-        any::<u16>().prop_map(|particles_per_sensor| Input::Limit {
+        any::<u64>().prop_map(|stamp_us| Message::Input(Input::Tick { stamp_us })),
+        Just(Message::Calibrate),
+        any::<u16>().prop_map(|particles_per_sensor| Message::Input(Input::Limit {
             particles_per_sensor
-        }),
+        })),
     ]
 }
 
@@ -1360,7 +1359,7 @@ fn any_offsets() -> impl Strategy<Value = OffsetReport> {
     })
 }
 
-fn any_event() -> impl Strategy<Value = Event> {
+fn any_message_of_a_board() -> impl Strategy<Value = Message> {
     let clock = prop::sample::select(&[
         ClockSource::Host,
         ClockSource::CrystalPll,
@@ -1394,23 +1393,23 @@ fn any_event() -> impl Strategy<Value = Event> {
             past_gate: n[0],
             below_gate: n[1],
             free: n[2],
-            behind: n[3],
+            unobserved: n[3],
             departed: n[4],
             degenerate,
         });
     prop_oneof![
-        boot.prop_map(Event::Boot),
-        any_config().prop_map(Event::Configured),
-        begun.prop_map(Event::StepBegun),
-        any_particles().prop_map(Event::Particles),
-        done.prop_map(Event::StepDone),
-        (any::<u16>(), any_fault()).prop_map(|(input, refused)| Event::Answer { input, refused }),
-        any_status().prop_map(Event::Status),
-        any::<u64>().prop_map(|stamp_us| Event::BrokeOff { stamp_us }),
-        any_health().prop_map(Event::Health),
-        any_post_mortem().prop_map(Event::PostMortem),
-        any_supervision().prop_map(Event::Supervision),
-        any_offsets().prop_map(Event::Offsets),
+        boot.prop_map(Message::Boot),
+        any_config().prop_map(|config| Event::Configured(config).into()),
+        begun.prop_map(|step| Event::StepBegun(step).into()),
+        any_particles().prop_map(|batch| Event::Particles(batch).into()),
+        done.prop_map(|step| Event::StepDone(step).into()),
+        (any::<u16>(), any_fault()).prop_map(|(input, refused)| Message::Answer { input, refused }),
+        any_status().prop_map(Message::Status),
+        any::<u64>().prop_map(|stamp_us| Event::OdometryReset { stamp_us }.into()),
+        any_health().prop_map(Message::Health),
+        any_post_mortem().prop_map(Message::PostMortem),
+        any_supervision().prop_map(Message::Supervision),
+        any_offsets().prop_map(Message::Offsets),
     ]
 }
 
@@ -1430,8 +1429,8 @@ fn any_message() -> impl Strategy<Value = Message> {
             }),
     ];
     prop_oneof![
-        7 => any_input().prop_map(Message::Input),
-        10 => any_event().prop_map(Message::Event),
+        7 => any_message_to_a_board(),
+        10 => any_message_of_a_board(),
         4 => truth.prop_map(Message::Truth),
     ]
 }

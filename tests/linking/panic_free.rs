@@ -24,13 +24,12 @@ mod alone {
 
     use amiro_ipf::can::{Frame, Identifier};
     use amiro_ipf::driver::{Bus, OffsetMeasurement, Offsets, ProximityRing, STORE_BYTES, at24c01};
-    use amiro_ipf::event::{Boot, ClockSource};
     use amiro_ipf::filter::ParticleSet;
-    use amiro_ipf::node::Node;
-    use amiro_ipf::seed::{self, from_words};
+    use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint};
+    use amiro_ipf::node::seed::from_words;
+    use amiro_ipf::node::{Node, seed};
     use amiro_ipf::senses::Senses;
     use amiro_ipf::supervision::{LIVES, Lives, LoadGuard, PostMortem, WORDS};
-    use amiro_ipf::wire::Terminal;
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
 
@@ -48,7 +47,7 @@ mod alone {
             clock: ClockSource::Host,
             core_hz: 0,
         };
-        let mut terminal = Terminal::new(Node::new(SET), boot, 0);
+        let mut terminal = DeviceEndpoint::new(Node::new(SET), boot, 0);
         let mut ring = ProximityRing::new();
         let mut senses = Senses::new();
         loop {

@@ -1,8 +1,8 @@
 //! The AMiRo's two buses, populated.
 
 use amiro_ipf::driver::{AMIRO_PLACES, Bus, MUX_ADDRESS, at24c01};
+use amiro_ipf::model::SENSORS;
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sensor::SENSORS;
 
 use super::{At24c01Model, Device, FakeBus, Fault, Pca9544aModel, SensorFault, Vcnl4020Model};
 

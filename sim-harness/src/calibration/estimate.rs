@@ -1,6 +1,6 @@
 //! What a fit gives back: estimates, residuals, the law.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
 use super::{Measurement, Parameter};

@@ -58,7 +58,7 @@ pub enum FitError {
 ///
 /// It needs no start: alpha and beta are linear, and xi and delta are searched over a
 /// grid before Levenberg-Marquardt finishes. What the table does not determine is held
-/// at [`Photometry::VCNL4020`](amiro_ipf::sensor::Photometry::VCNL4020)'s value and says so: delta first, then xi. Standard
+/// at [`Photometry::VCNL4020`](amiro_ipf::model::Photometry::VCNL4020)'s value and says so: delta first, then xi. Standard
 /// errors are the roots of the diagonal of sigma_s^2 (J^T J)^-1 with the residuals' own
 /// sigma_s, unless that is fixed.
 ///

@@ -147,7 +147,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Law<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::sensor::Photometry;
+    use amiro_ipf::model::Photometry;
 
     fn rows() -> Vec<Measurement> {
         let ranges = [0.05, 0.08, 0.12, 0.2];

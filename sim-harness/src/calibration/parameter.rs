@@ -1,6 +1,6 @@
 //! The parameters of the photometric law that a table can determine.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
 /// A parameter of the photometric law.
@@ -83,7 +83,7 @@ impl std::fmt::Display for Parameter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::config::Config;
+    use amiro_ipf::node::Config;
 
     #[test]
     fn ranges_are_those_of_a_configuration() {

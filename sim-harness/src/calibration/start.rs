@@ -1,6 +1,6 @@
 //! Where the search for the least squares begins: no user has to know.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::{Fixed, Law, Measurement, Parameter};
 

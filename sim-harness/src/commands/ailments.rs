@@ -1,8 +1,7 @@
 //! What is wrong with a robot, in a line.
 
 use amiro_ipf::can::CanState;
-use amiro_ipf::event::Status;
-use amiro_ipf::health::{BusState, Health};
+use amiro_ipf::link::{BusState, Health, Status};
 use sim_harness::console;
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
@@ -82,7 +81,7 @@ pub(super) fn counters_in_words(counters: &[(String, u32)]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use amiro_ipf::driver::{SensorFault, SensorState};
-    use amiro_ipf::health::SensorHealth;
+    use amiro_ipf::link::SensorHealth;
 
     use super::*;
 

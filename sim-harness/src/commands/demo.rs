@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 use clap::Args;
 use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::mapping::{AllFreeMapper, Mapper};

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use std::slice;
 use std::time::Instant;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{Photometry, Sample};
+use amiro_ipf::model::{Photometry, Sample};
+use amiro_ipf::node::{Config, Input};
 use clap::Args;
 use sim_harness::evaluation::{Claim, Claims, Comparison, Over, Trial, Verdict, json};
 use sim_harness::mapping::Method;

@@ -1,6 +1,6 @@
 //! Whether the robot's footprint is free in a map.
 
-use amiro_ipf::config::Config;
+use amiro_ipf::node::Config;
 use clap::ValueEnum;
 use sim_harness::rig::Rig;
 

@@ -5,10 +5,9 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::event::{Event, Status};
-use amiro_ipf::fault::Fault;
-use amiro_ipf::health::Health;
-use amiro_ipf::sensor::SensorMask;
+use amiro_ipf::link::{Health, Message, Status};
+use amiro_ipf::model::SensorMask;
+use amiro_ipf::node::{Event, Fault};
 use clap::Args;
 use sim_harness::console;
 use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
@@ -71,12 +70,12 @@ impl Record {
         };
         let recorded = record(&mut board, &config, open, |news| {
             match news {
-                News::Event(Event::StepDone(_)) => steps += 1,
-                News::Event(Event::Status(status)) => {
+                News::Message(Message::Event(Event::StepDone(_))) => steps += 1,
+                News::Message(Message::Status(status)) => {
                     say(status);
                     last_status = *status;
                 }
-                News::Event(Event::Health(health)) => {
+                News::Message(Message::Health(health)) => {
                     last_health = *health;
                     let ailments = ailments(health);
                     if known.is_none() {
@@ -95,20 +94,20 @@ impl Record {
                         known = Some(ailments);
                     }
                 }
-                News::Event(Event::Supervision(supervision)) => {
+                News::Message(Message::Supervision(supervision)) => {
                     let mode = target::unwell(supervision);
                     if mode != known_mode {
                         console::warn(mode.as_deref().unwrap_or("the board's mode: Normal"));
                         known_mode = mode;
                     }
                 }
-                News::Event(Event::PostMortem(record)) => {
+                News::Message(Message::PostMortem(record)) => {
                     if known_end.as_ref() != Some(record) {
                         console::warn(post_mortem_in_words(record));
                         known_end = Some(record.clone());
                     }
                 }
-                News::Event(Event::BrokeOff { .. }) => console::warn(
+                News::Message(Message::Event(Event::OdometryReset { .. })) => console::warn(
                     "BrokeOff: the odometry broke off, what was found before shares no origin with what follows",
                 ),
                 News::Limited {
@@ -116,7 +115,7 @@ impl Record {
                 } => console::warn(format_args!(
                     "Limit: steps take too long, {particles_per_sensor} particles a sensor from now on"
                 )),
-                News::Event(_) | News::Input(_) | News::Waiting | News::Away => {}
+                News::Message(_) | News::Input(_) | News::Waiting | News::Away => {}
                 News::Vanished(error) => console::warn(format_args!("{error}; trying again")),
                 News::Back => console::warn("the link is back"),
                 News::Restarted { .. } => {

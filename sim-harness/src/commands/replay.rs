@@ -4,10 +4,8 @@ use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
-use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::Event;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Truth as TruthMessage;
+use amiro_ipf::link::{Message, Truth as TruthMessage};
+use amiro_ipf::node::{Config, Input, Source, StepRule};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::drive::FilterRecords;
@@ -246,7 +244,7 @@ impl Replay {
             scenario.cell_m,
             self.footprint.radius_m(config),
         );
-        let mut events = events.records()?;
+        let mut events = events.events()?;
         let mut judge = DriveJudge::new(scenario, &truth, poses);
         let mut records = FilterRecords::new(config.photometry);
         for event in events.by_ref() {
@@ -395,13 +393,13 @@ fn print_what_was_recorded(recording: &mut StoredRecording) -> Result<(), Box<dy
     if overview.post_mortems == 0 {
         return Ok(());
     }
-    let mut events = recording.events(|_| ())?;
-    for event in events.by_ref() {
-        if let Event::PostMortem(record) = event {
+    let mut messages = recording.messages(|_| ())?;
+    for message in messages.by_ref() {
+        if let Message::PostMortem(record) = message {
             console::print(format_args!("recorded: {}", post_mortem_in_words(&record)));
         }
     }
-    events.finish()?;
+    messages.finish()?;
     Ok(())
 }
 

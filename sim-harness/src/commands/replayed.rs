@@ -3,14 +3,12 @@
 use std::cell::RefCell;
 use std::error::Error;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
-use amiro_ipf::input::Input;
-use sim_harness::console;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Event, Input};
 use sim_harness::link::{Comparison, LineRun, LossyLine, Verdict, drive_streamed, listen};
 use sim_harness::log::StoredRecording;
-use sim_harness::spool::{RecordSpool, Spool};
-use sim_harness::{RunOutcome, Survey, run_streamed};
+use sim_harness::spool::{EventSpool, Spool};
+use sim_harness::{RunOutcome, Survey, console, run_streamed};
 
 use super::replay::{Replay, progress};
 use super::standstill::StandstillCheck;
@@ -44,19 +42,19 @@ pub(super) struct KeptEvents {
     /// How often the odometry was reset.
     pub(super) resets: usize,
     /// All of them, for the scores on the way, where the recording carries a truth.
-    pub(super) all: Option<RecordSpool<Event>>,
+    pub(super) all: Option<EventSpool>,
 }
 
 impl KeptEvents {
     fn new(is_scored: bool) -> Self {
         Self {
             resets: 0,
-            all: is_scored.then(RecordSpool::default),
+            all: is_scored.then(EventSpool::default),
         }
     }
 
     fn take(&mut self, event: &Event) {
-        self.resets += usize::from(matches!(event, Event::BrokeOff { .. }));
+        self.resets += usize::from(matches!(event, Event::OdometryReset { .. }));
         if let Some(all) = &mut self.all {
             all.push(event);
         }
@@ -108,8 +106,10 @@ pub(super) fn on_host(
     warn_of_refused_inputs(&outcome);
     if is_recorded {
         let bar = progress("compared", Some(recording.length()));
-        let mut recorded = recording.events(|bytes| bar.set_position(bytes))?;
-        recorded.by_ref().for_each(|event| comparison.meet(&event));
+        let mut recorded = recording.messages(|bytes| bar.set_position(bytes))?;
+        recorded
+            .by_ref()
+            .for_each(|message| comparison.meet(&message));
         recorded.finish()?;
         bar.finish_and_clear();
     }
@@ -145,12 +145,17 @@ pub(super) fn on_board(
     let driven = drive_streamed(
         &mut board,
         configured.chain(replay.replayed(&mut inputs)?),
-        |event| {
-            survey.take(event);
-            events.take(event);
-            comparison.borrow_mut().meet(event);
-            if let Event::Status(status) = event {
-                slowest_step = slowest_step.max(status.board.step_cycles_max);
+        |message| {
+            comparison.borrow_mut().meet(message);
+            match message {
+                Message::Event(event) => {
+                    survey.take(event);
+                    events.take(event);
+                }
+                Message::Status(status) => {
+                    slowest_step = slowest_step.max(status.board.step_cycles_max);
+                }
+                _ => {}
             }
         },
         |input, refused| comparison.borrow_mut().meet_answer(input, refused),
@@ -160,7 +165,7 @@ pub(super) fn on_board(
     let mut comparison = comparison.into_inner();
     comparison.take_audit(driven?);
     inputs.finish()?;
-    listen(&mut board, |event| comparison.meet(event))?;
+    listen(&mut board, |message| comparison.meet(message))?;
     if replay.count_instructions {
         let instructions = f64::from(slowest_step) * NANOSECONDS_PER_CYCLE / 1e6;
         console::print(format_args!(

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use amiro_ipf::config::Config;
+use amiro_ipf::node::Config;
 use serde::Serialize;
 use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
 use sim_harness::geometry::Pose2;

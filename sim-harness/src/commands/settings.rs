@@ -1,8 +1,8 @@
 //! The settings of a run that the command line may override.
 
-use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::filter::{ParameterError, Profile};
-use amiro_ipf::sensor::{SENSORS, SensorMask};
+use amiro_ipf::model::{SENSORS, SensorMask};
+use amiro_ipf::node::{Config, StepRule};
 use clap::{Args, ValueEnum};
 
 use super::arguments;

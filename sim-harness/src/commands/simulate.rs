@@ -6,8 +6,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::slice;
 
-use amiro_ipf::health::{BusState, Health};
-use amiro_ipf::sensor::SENSORS;
+use amiro_ipf::link::{BusState, Health};
+use amiro_ipf::model::SENSORS;
 use clap::Args;
 use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};

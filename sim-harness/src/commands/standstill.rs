@@ -2,9 +2,8 @@
 
 use std::fmt;
 
-use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::geometry::Point;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Input, StepRule};
 use sim_harness::Survey;
 
 /// An odometry that does not move, under a rule that steps by way.
@@ -80,7 +79,7 @@ impl fmt::Display for Standstill {
 mod tests {
     use super::*;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::kinematics::WheelSpeeds;
+    use amiro_ipf::model::WheelSpeeds;
 
     fn of(inputs: &[Input]) -> Option<Standstill> {
         let mut check = StandstillCheck::default();

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::Config;
 use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
 use sim_harness::link::{
     Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
@@ -108,9 +108,9 @@ pub(super) fn unwell(supervision: &Supervision) -> Option<String> {
 pub(super) fn print_unwell(board: &mut Board) {
     let deadline = Instant::now() + SAID_WITHIN;
     while Instant::now() < deadline
-        && let Ok(event) = board.next_event()
+        && let Ok(message) = board.next_message()
     {
-        if let Event::Supervision(supervision) = event {
+        if let Message::Supervision(supervision) = message {
             unwell(&supervision).iter().for_each(console::warn);
             return;
         }

@@ -1,9 +1,9 @@
 //! Records of what a node reported: the one place at which its events become records.
 
-use amiro_ipf::event::{Event, Particles, StepBegun};
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Rotation};
-use amiro_ipf::sensor::{Photometry, Reading, Sample};
+use amiro_ipf::model::{Photometry, Reading, Sample};
+use amiro_ipf::node::{Event, Particles, StepBegun};
 
 use super::{PointOutcome, Record, Return, Scan};
 use crate::geometry::{Pose2, Vector};
@@ -42,7 +42,7 @@ impl FilterRecords {
             Event::Particles(particles) if self.step == Some(particles.step) => {
                 take(&Record::Outcomes(self.outcomes(particles)));
             }
-            Event::BrokeOff { stamp_us } => take(&Record::OdometryReset {
+            Event::OdometryReset { stamp_us } => take(&Record::OdometryReset {
                 stamp_us: *stamp_us,
             }),
             _ => {}
@@ -78,7 +78,7 @@ impl FilterRecords {
             .filter_map(|event| match event.outcome() {
                 Outcome::SurvivedPastGate => Some(outcome(true, event.position())),
                 Outcome::RejectedFree => Some(outcome(false, event.position())),
-                Outcome::SurvivedBelowGate | Outcome::RejectedBehind => None,
+                Outcome::SurvivedBelowGate | Outcome::RejectedUnobserved => None,
             })
             .collect()
     }
@@ -104,9 +104,9 @@ fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::event::ParticleEvent;
     use amiro_ipf::geometry::Pose;
-    use amiro_ipf::sensor::SENSORS;
+    use amiro_ipf::model::SENSORS;
+    use amiro_ipf::node::ParticleEvent;
 
     fn begun(index: u32) -> Event {
         Event::StepBegun(StepBegun {
@@ -145,7 +145,7 @@ mod tests {
             Outcome::SurvivedPastGate,
             Outcome::SurvivedBelowGate,
             Outcome::RejectedFree,
-            Outcome::RejectedBehind,
+            Outcome::RejectedUnobserved,
         ];
         let records = records(&[begun(3), particles(3, &all)]);
         let [

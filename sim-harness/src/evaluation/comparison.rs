@@ -2,8 +2,8 @@
 
 use core::ops::Range;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 

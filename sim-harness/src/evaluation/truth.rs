@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::Lobe;
+use amiro_ipf::model::BeamPattern;
 
 use crate::geometry::Pose2;
 use crate::lattice::{Cell, Lattice};
@@ -114,9 +114,9 @@ impl Truth {
 /// Looks from one pose after the other.
 struct Witness<'s> {
     scenario: &'s Scenario,
-    config: amiro_ipf::config::Config,
+    config: amiro_ipf::node::Config,
     seen_m: f64,
-    lobe: Lobe,
+    lobe: BeamPattern,
     /// The outline places of each shape that were not seen so far.
     hidden: Vec<Vec<Vector>>,
     centre: Vector,
@@ -128,7 +128,7 @@ impl<'s> Witness<'s> {
     fn of(scenario: &'s Scenario) -> Self {
         // The profile does not matter here: the sensors are the same.
         let config = scenario.config(Profile::Paper);
-        let lobe = Lobe::of(&config.photometry);
+        let lobe = BeamPattern::of(&config.photometry);
         let outline = |shape: &Shape| shape.outline(OUTLINE_SPACING_M);
         Self {
             scenario,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use amiro_ipf::driver::Bus;
-use amiro_ipf::sensor::SENSORS;
+use amiro_ipf::model::SENSORS;
 
 /// A part of the robot that can break. The serial line is not among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 
 use amiro_ipf::driver::DEFAULT_OFFSET;
-use amiro_ipf::input::Input;
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::Input;
 use amiro_ipf::random::{Generator, uniform};
-use amiro_ipf::sensor::{SENSORS, Sample};
 
 use super::held::Held;
 use super::word::micros;
@@ -130,7 +130,7 @@ fn stamp_us(input: &Input) -> Option<u64> {
         | Input::Odometry { stamp_us, .. }
         | Input::Wheels { stamp_us, .. }
         | Input::Tick { stamp_us } => Some(stamp_us),
-        Input::Hello | Input::Configure(_) | Input::Calibrate | Input::Limit { .. } => None,
+        Input::Configure(_) | Input::Limit { .. } => None,
     }
 }
 

@@ -4,9 +4,8 @@ use std::io::{Error, Write};
 use std::time::Duration;
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::health::Health;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Truth;
+use amiro_ipf::link::{Health, Truth};
+use amiro_ipf::node::Input;
 
 use super::Faults;
 use crate::link::LossyLine;

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::event::{BoardStatus, Event};
-use amiro_ipf::wire::{Frame, Message, Received};
+use amiro_ipf::link::{BoardStatus, Frame, Message, Received};
 use serde::Serialize;
 
 /// Numbers of the same boot that are remembered: a frame may come this late.
@@ -197,7 +196,7 @@ impl Account {
         }
         let ahead = u64::from(frame.sequence.wrapping_sub(self.next as u16));
         self.go_on(ahead);
-        if let Message::Event(Event::Status(status)) = &frame.message {
+        if let Message::Status(status) = &frame.message {
             self.settle(&status.board);
         }
         self.go_on(1);
@@ -267,9 +266,7 @@ impl Account {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::event::{BoardStatus, Status};
-    use amiro_ipf::input::Input;
-    use amiro_ipf::wire::FrameError;
+    use amiro_ipf::link::{BoardStatus, FrameError, Status};
 
     use super::*;
 
@@ -283,7 +280,7 @@ mod tests {
     }
 
     fn hello(number: u64) -> Received {
-        frame(3, number, Message::Input(Input::Hello))
+        frame(3, number, Message::Hello)
     }
 
     /// A status of a board that counts as it numbers.
@@ -301,7 +298,7 @@ mod tests {
             board,
             ..Status::default()
         };
-        frame(3, number, Message::Event(Event::Status(status)))
+        frame(3, number, Message::Status(status))
     }
 
     fn tally(received: impl IntoIterator<Item = Received>) -> [u64; 5] {
@@ -367,7 +364,7 @@ mod tests {
 
     #[test]
     fn boots_are_accounted_for_one_after_another() {
-        let other = frame(4, 0, Message::Input(Input::Hello));
+        let other = frame(4, 0, Message::Hello);
         let stream = [hello(5), hello(7), other];
         assert_eq!(tally(stream), [4, 3, 0, 1, 0]);
     }

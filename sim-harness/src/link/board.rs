@@ -5,13 +5,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use std::{fmt, thread};
 
-use amiro_ipf::event::{Boot, Event, OffsetReport};
-use amiro_ipf::fault::Fault;
-use amiro_ipf::input::Input;
-use amiro_ipf::supervision::PostMortem;
-use amiro_ipf::wire::{
-    Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
+use amiro_ipf::link::{
+    Boot, Decoder, Encoder, Frame, MAX_FRAME, Message, MessageRef, OffsetReport, Received,
+    WIRE_VERSION,
 };
+use amiro_ipf::node::Fault;
+use amiro_ipf::supervision::PostMortem;
 
 use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
 use super::junk::JunkWatch;
@@ -360,7 +359,7 @@ impl Board {
         while Instant::now() < deadline {
             // Under the same number: on a slow line an answer may come after the next one.
             self.encoder = Encoder::numbered_from(HOST_BOOT_ID, number);
-            self.send(&Input::Hello)?;
+            self.send(&Message::Hello)?;
             let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
                 if self.take_junk() {
@@ -471,15 +470,15 @@ impl Board {
         self.raw.push(byte);
     }
 
-    /// The board's next event.
+    /// The board's next message.
     ///
     /// # Errors
     /// [`LinkError::Silent`] when none comes within the deadline; a broken link.
-    pub fn next_event(&mut self) -> Result<Event, LinkError> {
+    pub fn next_message(&mut self) -> Result<Message, LinkError> {
         let deadline = Instant::now() + ANSWER_DEADLINE;
         while let Some(frame) = self.receive_frame(deadline)? {
-            if let Message::Event(event) = frame.message {
-                return Ok(event);
+            if frame.message.is_from_board() {
+                return Ok(frame.message);
             }
         }
         Err(LinkError::Silent)
@@ -500,10 +499,13 @@ impl Board {
         }
     }
 
-    /// Sends an input; the sequence number of its frame.
-    pub(super) fn send(&mut self, input: &Input) -> Result<u16, LinkError> {
+    /// Sends a message; the sequence number of its frame.
+    pub(super) fn send<'m>(
+        &mut self,
+        message: impl Into<MessageRef<'m>>,
+    ) -> Result<u16, LinkError> {
         let sequence = self.encoder.sequence();
-        let frame = self.encoder.encode(Outgoing::Input(input)).to_vec();
+        let frame = self.encoder.encode(message).to_vec();
         self.send_raw(&frame)?;
         Ok(sequence)
     }
@@ -645,12 +647,14 @@ mod tests {
     use std::io::{Cursor, sink};
 
     use amiro_ipf::BUILD_ID;
-    use amiro_ipf::event::{ClockSource, Status};
+    use amiro_ipf::link::{ClockSource, Status};
+
+    use amiro_ipf::node::{Config, Input};
 
     use super::*;
 
-    fn boot() -> Event {
-        Event::Boot(Boot {
+    fn boot() -> Message {
+        Message::Boot(Boot {
             wire_version: WIRE_VERSION,
             build_id: BUILD_ID,
             capacity: 8000,
@@ -703,7 +707,7 @@ mod tests {
     #[test]
     fn what_came_before_a_greeting_is_not_kept() {
         let statuses = Encoder::new(3)
-            .encode(Outgoing::Event(&Event::Status(Status::default())))
+            .encode(&Message::Status(Status::default()))
             .repeat(100);
         let mut board = board_that_says(statuses, Vec::new());
         assert!(board.greet().is_err());
@@ -730,7 +734,7 @@ mod tests {
         let (sender, sent) = std::sync::mpsc::channel();
         let mut board = Board::in_memory(move |frame| sender.send(frame.clone()).is_ok());
         board.greet().unwrap();
-        let start = [Input::Configure(amiro_ipf::config::Config::default())];
+        let start = [Input::Configure(Config::default())];
         super::super::drive(&mut board, &start, |_| (), |_, _| ()).unwrap();
         drop(board);
         sent.into_iter().flatten().collect()
@@ -753,17 +757,17 @@ mod tests {
         let stale = taped_session();
         let other: Vec<u8> = {
             let mut encoder = Encoder::new(77);
-            let boot = Event::Boot(Boot {
+            let boot = Message::Boot(Boot {
                 capacity: 1,
                 ..*Board::in_memory(|_| true).greet().as_ref().unwrap()
             });
-            let answer = Event::Answer {
+            let answer = Message::Answer {
                 input: 0,
                 refused: None,
             };
             [boot, answer]
                 .iter()
-                .flat_map(|event| encoder.encode(Outgoing::Event(event)).to_vec())
+                .flat_map(|message| encoder.encode(message).to_vec())
                 .collect()
         };
         for stale in [stale, other] {
@@ -777,7 +781,7 @@ mod tests {
             let boot = board.greet().unwrap();
             assert_eq!(boot.capacity, 8000);
             assert_eq!(board.boot_id(), Some(0));
-            let inputs = [Input::Hello, Input::Hello];
+            let inputs = [Message::Hello, Message::Hello];
             let audit = super::super::drive(&mut board, &inputs, |_| (), |_, _| ()).unwrap();
             assert_eq!(audit, super::super::AnswerAudit::default());
             let tally = board.tally();
@@ -788,16 +792,16 @@ mod tests {
     #[test]
     fn raw_bytes_begin_with_a_whole_frame_after_the_greeting() {
         let mut encoder = Encoder::new(3);
-        let mut frame = |event: &Event| encoder.encode(Outgoing::Event(event)).to_vec();
+        let mut frame = |message: &Message| encoder.encode(message).to_vec();
         let greeting = [(); 2].map(|()| {
-            let answer = Event::Answer {
+            let answer = Message::Answer {
                 input: 0,
                 refused: None,
             };
             [frame(&boot()), frame(&answer)].concat()
         });
         let greeting = greeting.concat();
-        let statuses = [(); 2].map(|()| frame(&Event::Status(Status::default())));
+        let statuses = [(); 2].map(|()| frame(&Message::Status(Status::default())));
         // The first piece ends within the first status.
         let (head, tail) = statuses[0].split_at(9);
         let board = board_that_says([&greeting, head].concat(), [tail, &statuses[1]].concat());

@@ -4,8 +4,8 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::event::{Boot, Event, Particles, StepBegun, StepDone};
-use amiro_ipf::fault::Fault;
+use amiro_ipf::link::{Boot, MessageRef};
+use amiro_ipf::node::{Event, Fault, Particles, StepBegun, StepDone};
 
 use super::expected::{ExpectedRun, ExpectedStep};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
@@ -54,10 +54,10 @@ struct Difference {
 
 /// A message's payload: floats are compared by their bits, not by their value.
 fn hash(event: &Event) -> u64 {
-    let mut bytes = [0; amiro_ipf::wire::MAX_FRAME];
+    let mut bytes = [0; amiro_ipf::link::MAX_FRAME];
     let mut hasher = DefaultHasher::new();
     // No event is larger than a frame.
-    if let Ok(payload) = postcard::to_slice(event, &mut bytes) {
+    if let Ok(payload) = postcard::to_slice(&MessageRef::Event(event), &mut bytes) {
         hasher.write(payload);
     }
     hasher.finish()
@@ -81,18 +81,24 @@ impl Comparison {
                     step.done = hash(event);
                 }
             }
-            Event::BrokeOff { .. } => self.expected.break_off(hash(event)),
+            Event::OdometryReset { .. } => self.expected.break_off(hash(event)),
             _ => {}
         }
     }
 
     /// Takes an event of the board's run.
-    pub fn meet(&mut self, event: &Event) {
+    pub fn meet<'m>(&mut self, message: impl Into<MessageRef<'m>>) {
+        if let MessageRef::Event(event) = message.into() {
+            self.meet_event(event);
+        }
+    }
+
+    fn meet_event(&mut self, event: &Event) {
         match event {
             Event::StepBegun(step) => self.meet_begin(step, hash(event)),
             Event::Particles(batch) => self.meet_particles(batch, hash(event)),
             Event::StepDone(done) => self.meet_end(done, hash(event)),
-            Event::BrokeOff { .. } => {
+            Event::OdometryReset { .. } => {
                 if self.expected.next_break() != Some(hash(event)) {
                     let step = self.current.map(|current| current.index);
                     self.differ(step, "odometry broke off");

@@ -8,9 +8,8 @@
 
 use std::hash::{BuildHasher, RandomState};
 
-use amiro_ipf::event::{Boot, Event, OffsetReport};
+use amiro_ipf::link::{Boot, Frame, Message, OffsetReport};
 use amiro_ipf::supervision::PostMortem;
-use amiro_ipf::wire::{Frame, Message};
 
 /// Frames from the `Boot` of an answer to its `Answer`: `PostMortem` and `Offsets` may
 /// lie between them.
@@ -62,7 +61,7 @@ impl Greeting {
     /// The board is the one whose `Boot` lies directly in front of the `Answer`.
     pub(super) fn take(&mut self, frame: &Frame, hello: u16) -> Option<Answerer> {
         match &frame.message {
-            Message::Event(Event::Boot(boot)) => {
+            Message::Boot(boot) => {
                 self.candidate = Some(Answerer {
                     boot: *boot,
                     boot_id: frame.boot_id,
@@ -71,22 +70,21 @@ impl Greeting {
                     sequence: frame.sequence,
                 });
             }
-            Message::Event(event) => {
+            message => {
                 let candidate = self.candidate.as_mut();
                 let candidate = candidate.filter(|board| board.is_followed_by(frame));
-                match (event, candidate) {
-                    (Event::Answer { input, .. }, Some(board)) if *input == hello => {
+                match (message, candidate) {
+                    (Message::Answer { input, .. }, Some(board)) if *input == hello => {
                         return Some(board.clone());
                     }
-                    (Event::Answer { .. }, _) => self.answers_others = true,
-                    (Event::Offsets(offsets), Some(board)) => board.offsets = Some(*offsets),
-                    (Event::PostMortem(record), Some(board)) => {
+                    (Message::Answer { .. }, _) => self.answers_others = true,
+                    (Message::Offsets(offsets), Some(board)) => board.offsets = Some(*offsets),
+                    (Message::PostMortem(record), Some(board)) => {
                         board.post_mortem = Some(record.clone());
                     }
                     _ => {}
                 }
             }
-            Message::Input(_) | Message::Truth(_) => {}
         }
         None
     }
@@ -104,8 +102,7 @@ impl Greeting {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::event::ClockSource;
-    use amiro_ipf::wire::WIRE_VERSION;
+    use amiro_ipf::link::{ClockSource, WIRE_VERSION};
 
     use super::*;
 
@@ -120,19 +117,19 @@ mod tests {
     };
 
     fn boot(boot_id: u8, sequence: u16) -> Frame {
-        frame(boot_id, sequence, Event::Boot(BOOT))
+        frame(boot_id, sequence, Message::Boot(BOOT))
     }
 
     fn answer(boot_id: u8, sequence: u16, input: u16) -> Frame {
         let refused = None;
-        frame(boot_id, sequence, Event::Answer { input, refused })
+        frame(boot_id, sequence, Message::Answer { input, refused })
     }
 
-    fn frame(boot_id: u8, sequence: u16, event: Event) -> Frame {
+    fn frame(boot_id: u8, sequence: u16, message: Message) -> Frame {
         Frame {
             boot_id,
             sequence,
-            message: Message::Event(event),
+            message,
         }
     }
 

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use crate::spool::Spool;
 
-use amiro_ipf::event::Event;
-use amiro_ipf::wire::{Decoder, Encoder, Message, Outgoing, Received};
+use amiro_ipf::link::{Decoder, Encoder, Message, MessageRef, Received};
+use amiro_ipf::node::Event;
 
 use super::{Account, FrameTally, InOrder, LineTally, LossyLine};
 
@@ -68,7 +68,7 @@ impl LineRun {
             let first_us = *self.first_us.get_or_insert(step.stamp_us);
             self.now = Duration::from_micros(step.stamp_us.saturating_sub(first_us));
         }
-        let frame = self.encoder.encode(Outgoing::Event(event));
+        let frame = self.encoder.encode(MessageRef::Event(event));
         self.line.send(frame, self.now);
         self.receiver.take(&self.line.receive(self.now), on_event);
     }

@@ -3,10 +3,8 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::event::Event;
-use amiro_ipf::fault::Fault;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Message;
+use amiro_ipf::link::{Message, MessageRef};
+use amiro_ipf::node::{Event, Fault, Input};
 
 use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
@@ -30,10 +28,10 @@ pub struct AnswerAudit {
     pub out_of_order: u64,
 }
 
-/// Feeds inputs to a board and hands its events on, in order, until all are answered.
+/// Feeds messages to a board and hands its own on, in order, until all are answered.
 ///
 /// At most as many inputs are unanswered at a time as the board said it takes ahead;
-/// nothing is lost by design, so the run is exactly repeatable. `on_event` also gets
+/// nothing is lost by design, so the run is exactly repeatable. `on_message` also gets
 /// statuses and healths, which come when the board's clock says so. When a configuration
 /// is the first input, the steps of a run that the board is amid until then are left out.
 /// `on_answer` gets each input's number, from 0, and why it was refused if it was: an
@@ -43,13 +41,17 @@ pub struct AnswerAudit {
 /// # Errors
 /// [`LinkError::NoAnswer`] when the board says nothing about an input for two
 /// seconds; [`LinkError::Restarted`]; a broken link.
-pub fn drive(
+pub fn drive<M>(
     board: &mut Board,
-    inputs: &[Input],
-    on_event: impl FnMut(&Event),
+    inputs: &[M],
+    on_message: impl FnMut(&Message),
     on_answer: impl FnMut(usize, Option<Fault>),
-) -> Result<AnswerAudit, LinkError> {
-    drive_streamed(board, inputs.iter().copied(), on_event, on_answer, None)
+) -> Result<AnswerAudit, LinkError>
+where
+    M: Clone,
+    for<'m> &'m M: Into<MessageRef<'m>>,
+{
+    drive_streamed(board, inputs.iter().cloned(), on_message, on_answer, None)
 }
 
 /// As [`drive`], for inputs of any number: the board's raw bytes go to `raw`, if there is
@@ -57,20 +59,24 @@ pub fn drive(
 ///
 /// # Errors
 /// As [`drive`].
-pub fn drive_streamed(
+pub fn drive_streamed<M>(
     board: &mut Board,
-    inputs: impl IntoIterator<Item = Input>,
-    mut on_event: impl FnMut(&Event),
+    inputs: impl IntoIterator<Item = M>,
+    mut on_message: impl FnMut(&Message),
     mut on_answer: impl FnMut(usize, Option<Fault>),
     mut raw: Option<&mut Spool>,
-) -> Result<AnswerAudit, LinkError> {
+) -> Result<AnswerAudit, LinkError>
+where
+    for<'m> &'m M: Into<MessageRef<'m>>,
+{
     let window = board
         .boot()
         .map_or(1, |boot| usize::from(boot.window.max(1)));
     let mut audit = AnswerAudit::default();
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
     let mut rest = inputs.into_iter().enumerate().peekable();
-    let mut is_in_other_run = matches!(rest.peek(), Some((_, Input::Configure(_))));
+    let first = rest.peek();
+    let mut is_in_other_run = first.is_some_and(|(_, first)| is_configuration(first.into()));
     let mut deadline = Instant::now() + ANSWER_DEADLINE;
     let mut last_deadline = Instant::now() + INPUT_DEADLINE;
     loop {
@@ -95,17 +101,18 @@ pub fn drive_streamed(
         if is_in_other_run && matches!(frame.message, Message::Event(Event::Configured(_))) {
             board.begin_account(&frame);
         }
-        let Message::Event(event) = frame.message else {
+        let message = frame.message;
+        if !message.is_from_board() {
             continue;
-        };
-        if !matches!(event, Event::Status(_) | Event::Health(_)) {
+        }
+        if !matches!(message, Message::Status(_) | Message::Health(_)) {
             // The events of a long step on a slow line are progress too.
             deadline = (Instant::now() + ANSWER_DEADLINE).min(last_deadline);
         }
-        let Event::Answer { input, refused } = event else {
-            is_in_other_run &= !matches!(event, Event::Configured(_));
-            if !(is_in_other_run && is_of_a_run(&event)) {
-                on_event(&event);
+        let Message::Answer { input, refused } = message else {
+            is_in_other_run &= !matches!(message, Message::Event(Event::Configured(_)));
+            if !(is_in_other_run && is_of_a_run(&message)) {
+                on_message(&message);
             }
             continue;
         };
@@ -134,33 +141,29 @@ pub fn drive_streamed(
 ///
 /// # Errors
 /// A broken link.
-pub fn listen(board: &mut Board, mut on_event: impl FnMut(&Event)) -> Result<(), LinkError> {
+pub fn listen(board: &mut Board, mut on_message: impl FnMut(&Message)) -> Result<(), LinkError> {
     let deadline = Instant::now() + STATUS_DEADLINE;
     while let Some(frame) = board.receive_frame(deadline)? {
-        let Message::Event(event) = frame.message else {
+        if !frame.message.is_from_board() {
             continue;
-        };
-        on_event(&event);
-        if matches!(event, Event::Status(_)) {
+        }
+        on_message(&frame.message);
+        if matches!(frame.message, Message::Status(_)) {
             break;
         }
     }
     Ok(())
 }
 
-/// Whether an event belongs to the run of one configuration.
-fn is_of_a_run(event: &Event) -> bool {
-    match event {
-        Event::StepBegun(_) | Event::Particles(_) | Event::StepDone(_) | Event::BrokeOff { .. } => {
-            true
-        }
-        Event::Boot(_)
-        | Event::Configured(_)
-        | Event::Answer { .. }
-        | Event::Status(_)
-        | Event::Health(_)
-        | Event::Offsets(_)
-        | Event::PostMortem(_)
-        | Event::Supervision(_) => false,
+/// Whether a message configures the node.
+fn is_configuration(message: MessageRef<'_>) -> bool {
+    matches!(message, MessageRef::Input(Input::Configure(_)))
+}
+
+/// Whether a message belongs to the run of one configuration.
+fn is_of_a_run(message: &Message) -> bool {
+    match message {
+        Message::Event(event) => !matches!(event, Event::Configured(_)),
+        _ => false,
     }
 }

@@ -8,11 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::event::{Boot, ClockSource, Event};
 use amiro_ipf::filter::ParticleSet;
+use amiro_ipf::link::{Boot, ClockSource, DeviceEndpoint, Message, Priority, WINDOW, WIRE_VERSION};
 use amiro_ipf::node::Node;
 use amiro_ipf::senses::{BUSES, Senses};
-use amiro_ipf::wire::{Importance, Terminal, WINDOW, WIRE_VERSION};
 
 use super::Board;
 use crate::bus::RobotBuses;
@@ -69,7 +68,7 @@ impl Board {
         thread::spawn(move || {
             let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
             let boot = boot_on_host(CAPACITY as u32);
-            let mut terminal = Terminal::new(Node::new(&mut particles), boot, 0);
+            let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot, 0);
             let mut send = |frame: &[u8], _| {
                 let mut frame = frame.to_vec();
                 if on_line(&mut frame) {
@@ -117,8 +116,8 @@ impl Body {
     /// Lets half a second pass; what the senses find goes where the flash image's goes.
     fn live<const N: usize>(
         &mut self,
-        terminal: &mut Terminal<'_, N>,
-        send: &mut impl FnMut(&[u8], Importance),
+        terminal: &mut DeviceEndpoint<'_, N>,
+        send: &mut impl FnMut(&[u8], Priority),
     ) {
         let end_us = self.now_us + SETTLED_US;
         while self.now_us < end_us {
@@ -128,7 +127,7 @@ impl Body {
             }
             self.exchange();
             if let Some(offsets) = self.senses.take_offsets() {
-                terminal.tell(&Event::Offsets(offsets), send);
+                terminal.publish(&Message::Offsets(offsets), send);
             }
             // A transaction takes its time, and nothing else happens meanwhile.
             let bus_us = self.buses.now_ns().div_ceil(1_000);

@@ -4,9 +4,7 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::driver::OffsetOrigin;
-use amiro_ipf::event::{Event, OffsetReport};
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::Message;
+use amiro_ipf::link::{Message, OffsetReport};
 
 use super::{Board, LinkError, drive};
 
@@ -27,7 +25,7 @@ pub fn measure_offsets(board: &mut Board) -> Result<Option<OffsetReport>, LinkEr
     let mut refusal = None;
     drive(
         board,
-        &[Input::Calibrate],
+        &[Message::Calibrate],
         |_| (),
         |_, refused| refusal = refused,
     )?;
@@ -39,7 +37,7 @@ pub fn measure_offsets(board: &mut Board) -> Result<Option<OffsetReport>, LinkEr
         if board.boot_id() != Some(frame.boot_id) {
             return Err(LinkError::Restarted { input: 0 });
         }
-        if let Message::Event(Event::Offsets(report)) = frame.message
+        if let Message::Offsets(report) = frame.message
             && is_of_a_measurement(&report)
         {
             return Ok(Some(report));

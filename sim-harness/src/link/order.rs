@@ -1,6 +1,6 @@
 //! Frames in the order in which they were sent, each once.
 
-use amiro_ipf::wire::Frame;
+use amiro_ipf::link::Frame;
 
 /// Frames that may wait for one that is missing before them.
 const DEPTH: usize = 8;
@@ -81,8 +81,7 @@ impl InOrder {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::input::Input;
-    use amiro_ipf::wire::Message;
+    use amiro_ipf::link::Message;
 
     use super::*;
 
@@ -96,7 +95,7 @@ mod tests {
             let frame = Frame {
                 boot_id: 1,
                 sequence,
-                message: Message::Input(Input::Hello),
+                message: Message::Hello,
             };
             order.take(frame, |frame| came.push(frame.sequence));
         }

@@ -3,10 +3,8 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::config::{Config, Source};
-use amiro_ipf::event::Event;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Frame, Message};
+use amiro_ipf::link::{Frame, Message};
+use amiro_ipf::node::{Config, Event, Input, Source};
 
 use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
@@ -47,7 +45,7 @@ pub enum RecordError {
 #[derive(Debug)]
 pub enum News<'a> {
     /// The board said something.
-    Event(&'a Event),
+    Message(&'a Message),
     /// The link is gone, and why; it is being opened again.
     Vanished(&'a LinkError),
     /// The board sent an input of its own, such as a reading.
@@ -181,7 +179,7 @@ fn record_part(
     writer.write_frames(configured)?;
     writer.flush()?;
     // Who it is and how its life before ended is said in answer: it is part of the record.
-    board.send(&Input::Hello)?;
+    board.send(&Message::Hello)?;
     let mut uptime_ms = 0;
     let mut silent_at = Instant::now() + SILENCE;
     loop {
@@ -222,18 +220,18 @@ fn record_part(
         if board.take_junk() && !wanted(News::Junk) {
             return Ok(PartEnd::Enough);
         }
-        if matches!(frame.message, Message::Event(Event::Status(_))) {
+        if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
         let news = match &frame.message {
-            Message::Event(event) => News::Event(event),
             Message::Input(Input::Limit {
                 particles_per_sensor,
             }) => News::Limited {
                 particles_per_sensor: *particles_per_sensor,
             },
             Message::Input(input) => News::Input(input),
-            _ => News::Waiting,
+            Message::Hello | Message::Calibrate | Message::Truth(_) => News::Waiting,
+            message => News::Message(message),
         };
         if !wanted(news) {
             return Ok(PartEnd::Enough);
@@ -258,7 +256,7 @@ fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
         if is_configured {
             frames.extend(raw);
         }
-        if let Message::Event(Event::Answer { input, refused }) = frame.message
+        if let Message::Answer { input, refused } = frame.message
             && input == sequence
         {
             return refused.map_or(Ok(frames), |fault| Err(LinkError::Refused(fault)));
@@ -271,7 +269,7 @@ fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
 /// two boots share one, a clock that went back.
 fn is_of_another_boot(board: &Board, frame: &Frame, uptime_ms: &mut u64) -> bool {
     let mut went_back = false;
-    if let Message::Event(Event::Status(status)) = &frame.message {
+    if let Message::Status(status) = &frame.message {
         went_back = status.board.uptime_ms < *uptime_ms;
         *uptime_ms = status.board.uptime_ms;
     }
@@ -310,8 +308,7 @@ fn reconnect(
 mod tests {
     use std::io::{Read, pipe};
 
-    use amiro_ipf::event::{Boot, ClockSource, Status};
-    use amiro_ipf::wire::{Decoder, Encoder, Outgoing, Received, WIRE_VERSION};
+    use amiro_ipf::link::{Boot, ClockSource, Decoder, Encoder, Received, Status, WIRE_VERSION};
 
     use super::*;
 
@@ -328,12 +325,12 @@ mod tests {
                 let Some(Received::Frame { frame, .. }) = decoder.push(byte[0]) else {
                     continue;
                 };
-                let answer = Event::Answer {
+                let answer = Message::Answer {
                     input: frame.sequence,
                     refused: None,
                 };
                 let events = match frame.message {
-                    Message::Input(Input::Hello) => {
+                    Message::Hello => {
                         let boot = Boot {
                             wire_version: WIRE_VERSION,
                             build_id: 7,
@@ -343,24 +340,24 @@ mod tests {
                             clock: ClockSource::CrystalPll,
                             core_hz: 168_000_000,
                         };
-                        vec![Event::Boot(boot), answer]
+                        vec![Message::Boot(boot), answer]
                     }
                     Message::Input(Input::Configure(config)) => {
-                        vec![Event::Configured(config), answer]
+                        vec![Event::Configured(config).into(), answer]
                     }
                     _ => continue,
                 };
-                let is_configured = events.iter().any(|it| matches!(it, Event::Configured(_)));
+                let is_configured = events
+                    .iter()
+                    .any(|it| matches!(it, Message::Event(Event::Configured(_))));
                 for event in &events {
-                    sent.write_all(encoder.encode(Outgoing::Event(event)))
-                        .unwrap();
+                    sent.write_all(encoder.encode(event)).unwrap();
                 }
                 if is_configured {
                     boot_id = boot_id.wrapping_add(1);
                     encoder = Encoder::new(boot_id);
-                    let status = Event::Status(Status::default());
-                    sent.write_all(encoder.encode(Outgoing::Event(&status)))
-                        .unwrap();
+                    let status = Message::Status(Status::default());
+                    sent.write_all(encoder.encode(&status)).unwrap();
                 }
             }
         });

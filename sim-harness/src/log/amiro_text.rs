@@ -27,8 +27,8 @@ use std::io::Read;
 use std::ops::ControlFlow;
 
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample};
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::Input;
 
 use super::amiro_header::{COLUMNS, check, fields};
 use super::plausibility::{Claimed, RowCheck};

@@ -1,8 +1,7 @@
 //! Whether a file is the recording of a robot, which cannot be made again.
 
-use amiro_ipf::config::Source;
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Decoder, Message, Received};
+use amiro_ipf::link::{Decoder, Message, Received};
+use amiro_ipf::node::{Input, Source};
 
 /// How many bytes of a file's beginning are enough to decide.
 pub(crate) const DECIDING_BYTES: usize = 8192;
@@ -34,7 +33,7 @@ pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::config::Config;
+    use amiro_ipf::node::Config;
 
     use super::*;
     use crate::log::RecordingWriter;

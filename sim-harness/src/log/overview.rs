@@ -2,8 +2,8 @@
 
 use std::io::Read;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Event};
 
 use super::entries::Entries;
 use super::plausibility::UnitCheck;
@@ -25,11 +25,11 @@ pub struct Overview {
     pub segments: usize,
     /// Number of inputs.
     pub inputs: u64,
-    /// Number of events.
-    pub events: u64,
-    /// Number of events that end a step of a filter.
+    /// Number of messages of a board.
+    pub messages: u64,
+    /// Number of messages that end a step of a filter.
     pub steps: u64,
-    /// Number of events that report the end of a board's last boot.
+    /// Number of messages that report the end of a board's last boot.
     pub post_mortems: u64,
 }
 
@@ -55,7 +55,7 @@ impl Uses {
                 self.events_from = number;
             }
             Entry::TruthBegins => self.true_poses_from = number,
-            Entry::Input(..) | Entry::Event(_) | Entry::TruePose(..) => {}
+            Entry::Input(..) | Entry::Message(_) | Entry::TruePose(..) => {}
         }
     }
 
@@ -64,8 +64,8 @@ impl Uses {
         let from = match entry {
             Entry::Input(Sender::Host, _) => self.inputs_from,
             Entry::Input(Sender::Board, _) => self.board_inputs_from,
-            Entry::Event(Event::Boot(_)) => 0,
-            Entry::Event(_) => self.events_from,
+            Entry::Message(Message::Boot(_)) => 0,
+            Entry::Message(_) => self.events_from,
             Entry::TruePose(..) => self.true_poses_from,
             Entry::Configuration | Entry::BoardBegins | Entry::TruthBegins => return false,
         };
@@ -115,23 +115,23 @@ impl UnitChecks {
                     self.all = of_host;
                 }
             }
-            Entry::Event(_) | Entry::TruePose(..) | Entry::TruthBegins => {}
+            Entry::Message(_) | Entry::TruePose(..) | Entry::TruthBegins => {}
         }
     }
 }
 
-/// Events of the kinds that an overview counts.
+/// Messages of the kinds that an overview counts.
 #[derive(Clone, Copy, Debug, Default)]
-struct EventCounts {
+struct MessageCounts {
     steps: u64,
     post_mortems: u64,
 }
 
-impl EventCounts {
+impl MessageCounts {
     fn take(&mut self, entry: &Entry) {
         match entry {
-            Entry::Event(Event::StepDone(_)) => self.steps += 1,
-            Entry::Event(Event::PostMortem(_)) => self.post_mortems += 1,
+            Entry::Message(Message::Event(Event::StepDone(_))) => self.steps += 1,
+            Entry::Message(Message::PostMortem(_)) => self.post_mortems += 1,
             Entry::Configuration | Entry::BoardBegins => *self = Self::default(),
             _ => {}
         }
@@ -151,7 +151,7 @@ pub(super) fn inspect<R: Read>(
     let format = entries.rules().format;
     let mut uses = Uses::default();
     let mut units = UnitChecks::new(format);
-    let mut counts = EventCounts::default();
+    let mut counts = MessageCounts::default();
     let mut number = 0;
     while let Some(entry) = entries.next()? {
         uses.note(number, &entry);
@@ -161,7 +161,7 @@ pub(super) fn inspect<R: Read>(
         hand_on(entry);
     }
     let rules = entries.rules();
-    let (inputs, events, segments) = (rules.inputs(), rules.events(), rules.segments());
+    let (inputs, messages, segments) = (rules.inputs(), rules.messages(), rules.segments());
     let found = match format {
         Format::AmiroText if inputs == 0 => amiro_text::unit_check(entries.head()),
         _ => units.all.finish(),
@@ -169,7 +169,7 @@ pub(super) fn inspect<R: Read>(
     if let Some(found) = found {
         return Err(entries.error(Problem::ImplausibleUnits { found }));
     }
-    if inputs == 0 && events == 0 {
+    if inputs == 0 && messages == 0 {
         let refusals = rules.refusals.clone();
         return Err(entries.error(Problem::NothingUsable(refusals)));
     }
@@ -181,7 +181,7 @@ pub(super) fn inspect<R: Read>(
         format,
         segments,
         inputs,
-        events,
+        messages,
         steps: counts.steps,
         post_mortems: counts.post_mortems,
     };

@@ -13,8 +13,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample};
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::Input;
 
 use super::Format;
 use super::percentile::Percentile;

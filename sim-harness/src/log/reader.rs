@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{Read, stdin};
 use std::path::Path;
 
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::Input;
 
 use super::entries::Entries;
 use super::overview::inspect;
@@ -60,7 +60,7 @@ fn read_named(name: &str, read: impl Read) -> Result<Recording, LogError> {
         config: overview.config,
         inputs: rows.inputs,
         truth,
-        events: rows.events,
+        messages: rows.messages,
         refusals: overview.refusals,
         format: overview.format,
         segments: overview.segments,
@@ -73,7 +73,7 @@ struct Collected {
     inputs: Vec<Input>,
     /// Places of the board's inputs that its taking of a configuration would forget.
     of_board: Vec<usize>,
-    events: Vec<Event>,
+    messages: Vec<Message>,
     true_poses: Vec<(u64, Pose)>,
 }
 
@@ -86,7 +86,7 @@ impl Collected {
                 }
                 self.inputs.push(input);
             }
-            Entry::Event(event) => self.events.push(event),
+            Entry::Message(message) => self.messages.push(message),
             Entry::TruePose(stamp_us, pose) => self.true_poses.push((stamp_us, pose)),
             Entry::Configuration => {
                 self.inputs.clear();
@@ -107,7 +107,8 @@ impl Collected {
     }
 
     fn keep_boots(&mut self) {
-        self.events.retain(|event| matches!(event, Event::Boot(_)));
+        self.messages
+            .retain(|message| matches!(message, Message::Boot(_)));
     }
 }
 
@@ -118,12 +119,12 @@ mod tests {
     #[test]
     fn events_of_an_hour_of_driving_are_not_cut() {
         const EVENTS: u64 = 6_100_000;
-        assert!(EVENTS * size_of::<Event>() as u64 <= MOST_BYTES);
+        assert!(EVENTS * size_of::<Message>() as u64 <= MOST_BYTES);
     }
 
     #[test]
     fn entry_is_as_small_as_the_cap_assumes() {
         assert!(size_of::<Input>() <= 128, "{}", size_of::<Input>());
-        assert!(size_of::<Event>() <= 128, "{}", size_of::<Event>());
+        assert!(size_of::<Message>() <= 128, "{}", size_of::<Message>());
     }
 }

@@ -1,9 +1,8 @@
 //! What was read from a source: a drive, and what is known about it.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Event, Input};
 
 use super::Refusals;
 
@@ -39,14 +38,24 @@ pub struct Recording {
     pub inputs: Vec<Input>,
     /// What only a simulator knows; `None` for a real drive.
     pub truth: Option<GroundTruth>,
-    /// What a board answered, in the order of the source.
-    pub events: Vec<Event>,
+    /// The messages of a board, in the order of the source.
+    pub messages: Vec<Message>,
     /// Lines and frames that were not used, with place and reason.
     pub refusals: Refusals,
     /// How the source was written.
     pub format: Format,
     /// Stretches without a gap of more than a second between inputs; 0 without inputs.
     pub segments: usize,
+}
+
+impl Recording {
+    /// What the board's node emitted, in the order of the source.
+    pub fn events(&self) -> impl Iterator<Item = &Event> {
+        self.messages.iter().filter_map(|message| match message {
+            Message::Event(event) => Some(event),
+            _ => None,
+        })
+    }
 }
 
 /// What a simulator knows and a robot does not.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use amiro_ipf::wire::FrameError;
+use amiro_ipf::link::FrameError;
 
 /// Refusals that are kept with their place; the rest is counted by reason.
 const KEPT: usize = 5;

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 use std::fmt::Display;
 use std::ops::ControlFlow;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Event, Input};
 
 use super::{Format, GroundTruth, Place, Reason, Refusals};
 
@@ -32,7 +31,7 @@ pub(super) enum Entry {
     /// An input. Limits, which have no stamp, count as the host's.
     Input(Sender, Input),
     /// What a board answered.
-    Event(Event),
+    Message(Message),
     /// Where the robot really was.
     TruePose(u64, Pose),
     /// A configuration behind inputs: no input before it is used, and of the events before
@@ -62,8 +61,8 @@ struct Counts {
     inputs: u64,
     /// Of these the board's own, while it has not taken the configuration.
     early: u64,
-    events: u64,
-    /// Of these boots.
+    messages: u64,
+    /// Of these boot messages.
     boots: u64,
     true_poses: u64,
 }
@@ -72,13 +71,13 @@ impl Counts {
     /// Memory that these take where they are collected, bytes.
     fn bytes(&self) -> u64 {
         self.inputs * size_of::<Input>() as u64
-            + self.events * size_of::<Event>() as u64
+            + self.messages * size_of::<Message>() as u64
             + self.true_poses * size_of::<(u64, Pose)>() as u64
     }
 
-    /// Forgets all events but boots.
+    /// Drops all messages but boot messages.
     fn keep_boots(&mut self) {
-        self.events = self.boots;
+        self.messages = self.boots;
     }
 }
 
@@ -150,9 +149,9 @@ impl Rules {
         self.counts.inputs
     }
 
-    /// Events that are used so far.
-    pub(super) fn events(&self) -> u64 {
-        self.counts.events
+    /// Messages of a board that are used so far.
+    pub(super) fn messages(&self) -> u64 {
+        self.counts.messages
     }
 
     /// Stretches without a gap of more than a second between the inputs so far.
@@ -188,7 +187,6 @@ impl Rules {
         input: Input,
     ) -> ControlFlow<()> {
         let (kind, stamp_us) = match input {
-            Input::Hello | Input::Calibrate => return ControlFlow::Continue(()),
             Input::Configure(config) => return self.take_config(place, sender, config),
             Input::Limit { .. } => {
                 self.make_room(place)?;
@@ -271,9 +269,9 @@ impl Rules {
     }
 
     /// Takes what a board answered; breaks where another run begins.
-    pub(super) fn take_event(&mut self, place: Place, event: Event) -> ControlFlow<()> {
+    pub(super) fn take_message(&mut self, place: Place, message: Message) -> ControlFlow<()> {
         self.make_room(place)?;
-        if let Event::Configured(config) = event {
+        if let Message::Event(Event::Configured(config)) = message {
             match self.run {
                 Run::Given(_) if self.config == Some(config) => self.begin_run(place),
                 // Of the run before, or of one whose beginning is not here.
@@ -285,9 +283,9 @@ impl Rules {
                 }
             }
         }
-        self.counts.events += 1;
-        self.counts.boots += u64::from(matches!(event, Event::Boot(_)));
-        self.passed.push_back(Entry::Event(event));
+        self.counts.messages += 1;
+        self.counts.boots += u64::from(matches!(message, Message::Boot(_)));
+        self.passed.push_back(Entry::Message(message));
         ControlFlow::Continue(())
     }
 

@@ -5,9 +5,9 @@ use std::io::{self, Read, Seek, Write, stdin};
 use std::path::Path;
 use std::time::SystemTime;
 
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::Input;
 
 use super::entries::Entries;
 use super::overview::{Overview, Uses, inspect};
@@ -131,12 +131,12 @@ impl StoredRecording {
     ///
     /// # Errors
     /// The file cannot be read again.
-    pub fn events<'a>(
+    pub fn messages<'a>(
         &'a mut self,
         on_bytes: impl FnMut(u64) + 'a,
-    ) -> Result<Rows<'a, Event>, LogError> {
+    ) -> Result<Rows<'a, Message>, LogError> {
         self.rows(on_bytes, |entry| match entry {
-            Entry::Event(event) => Some(event),
+            Entry::Message(message) => Some(message),
             _ => None,
         })
     }
@@ -287,8 +287,8 @@ impl<R: Read, W: Write> Read for Copying<R, W> {
 mod tests {
     use super::*;
     use crate::log::{RecordingWriter, read_from};
-    use amiro_ipf::config::Config;
-    use amiro_ipf::wire::{Encoder, Message, Truth};
+    use amiro_ipf::link::{Encoder, Message, Truth};
+    use amiro_ipf::node::{Config, Event};
 
     /// A recording of every kind of row, part of it of the run before: with the board's
     /// inputs and events before it takes the configuration.
@@ -306,11 +306,11 @@ mod tests {
         let mut board = Encoder::new(7);
         for message in [
             Message::Input(tick(90)),
-            Message::Event(Event::Boot(crate::link::boot_on_host(800))),
-            Message::Event(Event::BrokeOff { stamp_us: 1 }),
+            Message::Boot(crate::link::boot_on_host(800)),
+            Message::Event(Event::OdometryReset { stamp_us: 1 }),
             Message::Event(Event::Configured(config)),
             Message::Input(tick(10)),
-            Message::Event(Event::BrokeOff { stamp_us: 2 }),
+            Message::Event(Event::OdometryReset { stamp_us: 2 }),
         ] {
             writer.write_frames(board.encode(&message)).unwrap();
         }
@@ -318,12 +318,12 @@ mod tests {
         bytes
     }
 
-    fn rows_of(stored: &mut StoredRecording) -> (Vec<Input>, Vec<Event>, Vec<(u64, Pose)>) {
+    fn rows_of(stored: &mut StoredRecording) -> (Vec<Input>, Vec<Message>, Vec<(u64, Pose)>) {
         let mut inputs = stored.inputs(|_| ()).unwrap();
         let inputs = (inputs.by_ref().collect(), inputs.finish().unwrap()).0;
-        let mut events = stored.events(|_| ()).unwrap();
-        let events = (events.by_ref().collect(), events.finish().unwrap()).0;
-        (inputs, events, stored.true_poses().unwrap().collect())
+        let mut messages = stored.messages(|_| ()).unwrap();
+        let messages = (messages.by_ref().collect(), messages.finish().unwrap()).0;
+        (inputs, messages, stored.true_poses().unwrap().collect())
     }
 
     #[test]
@@ -337,12 +337,12 @@ mod tests {
         let of_pipe = StoredRecording::copied("pipe", bytes.as_slice(), |_, _| ()).unwrap();
         assert_eq!(read, bytes.len() as u64);
         for mut stored in [of_file, of_pipe] {
-            let (inputs, events, poses) = rows_of(&mut stored);
-            assert_eq!((inputs.len(), events.len(), poses.len()), (2, 3, 2));
-            assert_eq!((&inputs, &events), (&whole.inputs, &whole.events));
+            let (inputs, messages, poses) = rows_of(&mut stored);
+            assert_eq!((inputs.len(), messages.len(), poses.len()), (2, 3, 2));
+            assert_eq!((&inputs, &messages), (&whole.inputs, &whole.messages));
             assert_eq!(poses, whole.truth.as_ref().unwrap().poses);
             let overview = stored.overview();
-            assert_eq!((overview.inputs, overview.events), (2, 3));
+            assert_eq!((overview.inputs, overview.messages), (2, 3));
             assert_eq!(overview.refusals, whole.refusals);
             assert_eq!(overview.segments, whole.segments);
             assert_eq!(stored.length(), bytes.len() as u64);
@@ -359,6 +359,6 @@ mod tests {
         std::fs::write(&file, [recording(), vec![0]].concat()).unwrap();
         let error = inputs.finish().unwrap_err();
         assert!(matches!(error.problem(), Problem::Changed), "{error}");
-        assert!(stored.events(|_| ()).is_err());
+        assert!(stored.messages(|_| ()).is_err());
     }
 }

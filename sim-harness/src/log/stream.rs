@@ -8,7 +8,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
+use amiro_ipf::link::{Frame, MAX_FRAME, Message, Truth};
 
 use super::rules::{Rules, Sender};
 use super::sequence::{Continuity, Sequences};
@@ -168,7 +168,7 @@ fn take(
 ) -> ControlFlow<()> {
     match message {
         Message::Input(input) => rules.take_input(place, sender, input)?,
-        Message::Event(event) => rules.take_event(place, event)?,
+        Message::Hello | Message::Calibrate => {}
         Message::Truth(Truth::Pose { stamp_us, pose }) => {
             rules.take_true_pose(place, stamp_us, pose)?;
         }
@@ -180,6 +180,7 @@ fn take(
                 rules.refuse(place, Reason::Repeated, "a second seed");
             }
         }
+        message => rules.take_message(place, message)?,
     }
     ControlFlow::Continue(())
 }

@@ -2,8 +2,8 @@
 
 use std::io::{BufRead, Error, Write};
 
-use amiro_ipf::input::Input;
-use amiro_ipf::wire::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, Truth};
+use amiro_ipf::link::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, Truth};
+use amiro_ipf::node::Input;
 
 /// Boot id of a recording host; a board draws its own.
 const HOST_BOOT_ID: u8 = 0xA5;
@@ -140,7 +140,11 @@ impl<W: Write> RecordingWriter<W> {
         Ok(self.write)
     }
 
-    fn write_message(&mut self, message: &Message) -> Result<(), Error> {
+    /// Writes any message.
+    ///
+    /// # Errors
+    /// What `W` says.
+    pub fn write_message(&mut self, message: &Message) -> Result<(), Error> {
         match self.encoder.encode(message) {
             [] => Err(Error::other("a message does not fit into a frame")),
             frame => self.write.write_all(frame),

@@ -1,6 +1,6 @@
 //! The rig that a filter's configuration describes.
 
-use amiro_ipf::config::Config;
+use amiro_ipf::node::Config;
 
 use super::{Mount, Rig};
 use crate::geometry::{Pose2, Turn, Vector};

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
+use amiro_ipf::node::Config;
 use serde::Deserialize;
 
 use super::{Mount, Rig};
@@ -298,7 +298,7 @@ impl Check<'_> {
 
 #[cfg(test)]
 mod tests {
-    use amiro_ipf::sensor::{Ring, SENSORS};
+    use amiro_ipf::model::{Ring, SENSORS};
 
     use super::*;
 

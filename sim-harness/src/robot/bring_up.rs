@@ -1,7 +1,7 @@
 //! The parts of the robot when its power comes up.
 
 use amiro_ipf::driver::{DEFAULT_OFFSET, OffsetOrigin, Offsets, STORE_BYTES};
-use amiro_ipf::sensor::{SENSORS, SensorMask};
+use amiro_ipf::model::{SENSORS, SensorMask};
 
 use super::scripted::plug;
 use crate::bus::{RobotBuses, SensorFault};

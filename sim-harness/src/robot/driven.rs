@@ -1,8 +1,8 @@
 //! A robot's whole drive, and what other odometries would have made of it.
 
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::Health;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Health;
+use amiro_ipf::node::Input;
 use amiro_ipf::senses::ODOMETRY_AGE_US;
 
 use super::{Report, Robot, Said};

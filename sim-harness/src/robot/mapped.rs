@@ -1,8 +1,6 @@
 //! What a node makes of a robot's inputs: events, a map, its scores.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{Event, StepBegun};
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Event, Input, StepBegun};
 
 use crate::drive::FilterRecords;
 use crate::evaluation::{Scores, Truth};

@@ -2,8 +2,8 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::model::{SENSORS, SensorMask};
 use amiro_ipf::random::Generator;
-use amiro_ipf::sensor::{SENSORS, SensorMask};
 
 use super::OFFSETS;
 use crate::world::{Drive, Options, Scenario, Sensing, Shape};

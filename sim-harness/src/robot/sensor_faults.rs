@@ -3,9 +3,9 @@
 use core::fmt;
 use core::ops::Range;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::SENSORS;
+use amiro_ipf::model::SENSORS;
+use amiro_ipf::node::Config;
 use rayon::prelude::*;
 
 use super::{Robot, RobotDrive, RobotFaults, Trouble, drive, map};

@@ -4,14 +4,12 @@ use std::collections::VecDeque;
 
 use amiro_ipf::can::CanState;
 use amiro_ipf::driver::{Bus, SensorState, Transaction};
-use amiro_ipf::event::OffsetReport;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::{CanHealth, Health};
-use amiro_ipf::input::Input;
+use amiro_ipf::link::{CanHealth, Health, OffsetReport};
+use amiro_ipf::model::SENSORS;
+use amiro_ipf::node::{Input, SeedSource};
 use amiro_ipf::random::Generator;
-use amiro_ipf::seed::SeedSource;
 use amiro_ipf::senses::{BUSES, Heard, Senses};
-use amiro_ipf::sensor::SENSORS;
 
 use super::bring_up::buses;
 use super::frames::FrameWay;

@@ -2,9 +2,8 @@
 
 use core::ops::Range;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Input};
 use rayon::prelude::*;
 
 use super::{Robot, RobotFaults, drive, map};

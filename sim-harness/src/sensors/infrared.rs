@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use amiro_ipf::sensor::{Lobe, Photometry};
+use amiro_ipf::model::{BeamPattern, Photometry};
 
 use super::{MeasuredRange, RangeSensor, SeenCell, View};
 use crate::geometry::Vector;
@@ -20,7 +20,7 @@ const LEAST_DIRECTIVITY: f64 = 0.05;
 pub struct Infrared {
     photometry: Photometry,
     /// Shared by the sensors of a ring.
-    lobe: Arc<Lobe>,
+    lobe: Arc<BeamPattern>,
 }
 
 impl Infrared {
@@ -28,7 +28,7 @@ impl Infrared {
     #[must_use]
     pub fn new(photometry: Photometry) -> Self {
         Self {
-            lobe: Arc::new(Lobe::of(&photometry)),
+            lobe: Arc::new(BeamPattern::of(&photometry)),
             photometry,
         }
     }

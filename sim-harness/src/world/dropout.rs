@@ -1,7 +1,7 @@
 //! Samples that get lost.
 
+use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform};
-use amiro_ipf::sensor::{SENSORS, Sample};
 
 /// Takes samples away at random, each on its own.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! A sensor's place in the world, and what it sees along a ray.
 
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::sensor::{Ring, SensorMask};
+use amiro_ipf::model::{Ring, SensorMask};
 
 use super::Shape;
 use crate::geometry::{Pose2, Turn, Vector};
@@ -58,7 +58,7 @@ pub fn first_surface<'s>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::sensor::SENSORS;
+    use amiro_ipf::model::SENSORS;
 
     #[test]
     fn eyes_turn_with_the_robot() {

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use amiro_ipf::odometry::{MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
-use amiro_ipf::sensor::Ring;
+use amiro_ipf::model::Ring;
+use amiro_ipf::node::odometry::{MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use serde::Deserialize;
 
 use super::{Drive, Leg, Scenario, ScenarioError, Shape, Vector};

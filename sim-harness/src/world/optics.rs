@@ -6,7 +6,7 @@
 
 use std::str::FromStr;
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::{Eye, OptionsError, Shape, first_surface};
 use crate::geometry::Turn;

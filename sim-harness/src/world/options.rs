@@ -1,6 +1,6 @@
 //! In what a simulated drive differs from the world that the filter's model describes.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::{Drift, Odometry, Physics};
 

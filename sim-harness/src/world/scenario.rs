@@ -3,9 +3,9 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::{Ring, SENSORS, SensorMask};
+use amiro_ipf::model::{Ring, SENSORS, SensorMask};
+use amiro_ipf::node::Config;
 use serde::Deserialize;
 
 use super::bounded::{CellSize, Coordinate, Degrees, Speed};

@@ -2,8 +2,8 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample, SensorMask};
 use amiro_ipf::random::{Generator, standard_normal_pair};
-use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
 
 use super::optics::{FULL, Optics};
 use super::{Eye, Options, Physics, Scenario, Shape};

@@ -1,7 +1,7 @@
 //! A simulated drive: what the robot would have been told.
 
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::Input;
 use amiro_ipf::random::Generator;
 
 use super::odometry::Odometer;
@@ -59,7 +59,7 @@ pub fn simulate_with(scenario: &Scenario, seed: u64, options: &Options) -> Simul
 mod tests {
     use super::*;
     use amiro_ipf::checksum::CRC;
-    use amiro_ipf::sensor::Sample;
+    use amiro_ipf::model::Sample;
 
     const TURNING: &str = r#"
         name = "turning"

@@ -10,18 +10,19 @@ use std::thread;
 use std::time::Duration;
 
 use amiro_ipf::driver::{OffsetOrigin, Offsets};
-use amiro_ipf::event::{Boot, ClockSource, Event, OffsetReport, Status};
-use amiro_ipf::fault::Fault;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::{
+    Boot, ClockSource, Decoder, Encoder, Frame, Message, MessageRef, OffsetReport, Received,
+    Status, WIRE_VERSION,
+};
+use amiro_ipf::node::{Event, Fault, Input};
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, Supervision};
-use amiro_ipf::wire::{Decoder, Encoder, Frame, Message, Outgoing, Received, WIRE_VERSION};
 use serialport::{SerialPort, TTYPort};
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
 #[derive(Default)]
 struct Said {
     boot_id: u8,
-    events: Vec<Event>,
+    events: Vec<Message>,
     /// An input of its own, said behind the events.
     own: Option<Input>,
     refused: Option<Fault>,
@@ -30,7 +31,7 @@ struct Said {
 /// Puts a board on a pseudo terminal; its port's name.
 ///
 /// `play` is told each input that is heard, and `None` when there was none for 10 ms.
-fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String {
+fn plug(mut play: impl FnMut(Option<&Message>) -> Said + Send + 'static) -> String {
     let (mut master, slave) = TTYPort::pair().unwrap();
     master.set_timeout(Duration::from_millis(10)).unwrap();
     let name = slave.name().unwrap();
@@ -43,11 +44,13 @@ fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String
         let mut heard = [0; 256];
         loop {
             let count = master.read(&mut heard).unwrap_or(0);
-            let inputs: Vec<(u16, Input)> = heard[..count]
+            let inputs: Vec<(u16, Message)> = heard[..count]
                 .iter()
                 .filter_map(|byte| match decoder.push(*byte)? {
                     Received::Frame { frame, .. } => match frame.message {
-                        Message::Input(input) => Some((frame.sequence, input)),
+                        message @ (Message::Hello | Message::Calibrate | Message::Input(_)) => {
+                            Some((frame.sequence, message))
+                        }
                         _ => None,
                     },
                     Received::Broken(_) => None,
@@ -61,10 +64,10 @@ fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String
                 }
                 if let Some(&(input, _)) = turn {
                     let refused = said.refused;
-                    said.events.push(Event::Answer { input, refused });
+                    said.events.push(Message::Answer { input, refused });
                 }
-                let events = said.events.iter().map(Outgoing::Event);
-                for message in events.chain(said.own.as_ref().map(Outgoing::Input)) {
+                let events = said.events.iter().map(MessageRef::from);
+                for message in events.chain(said.own.as_ref().map(MessageRef::Input)) {
                     // Nobody may listen.
                     let _ = master.write_all(encoder.encode(message));
                 }
@@ -74,8 +77,8 @@ fn plug(mut play: impl FnMut(Option<&Input>) -> Said + Send + 'static) -> String
     name
 }
 
-fn boot(wire_version: u8) -> Event {
-    Event::Boot(Boot {
+fn boot(wire_version: u8) -> Message {
+    Message::Boot(Boot {
         wire_version,
         build_id: 7,
         capacity: 8000,
@@ -168,12 +171,12 @@ fn f69_another_version_after_a_reset_in_mid_recording_ends_with_3_too() {
     let port = plug(move |input| {
         let boot_id = if is_configured { 2 } else { 1 };
         let events = match input {
-            Some(Input::Hello) => vec![boot(if is_configured { 77 } else { WIRE_VERSION })],
-            Some(Input::Configure(config)) => {
+            Some(Message::Hello) => vec![boot(if is_configured { 77 } else { WIRE_VERSION })],
+            Some(Message::Input(Input::Configure(config))) => {
                 is_configured = true;
-                vec![Event::Configured(*config)]
+                vec![Event::Configured(*config).into()]
             }
-            _ => vec![Event::Status(Status::default())],
+            _ => vec![Message::Status(Status::default())],
         };
         Said {
             boot_id,
@@ -193,9 +196,9 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
     let folder = Folder::new("safe");
     let port = plug(|input| {
         let (events, refused) = match input {
-            Some(Input::Hello) => {
+            Some(Message::Hello) => {
                 let died = PostMortem::new(Cause::Panic, 263, 12_375).at("src/node.rs", 77);
-                (vec![boot(WIRE_VERSION), Event::PostMortem(died)], None)
+                (vec![boot(WIRE_VERSION), Message::PostMortem(died)], None)
             }
             Some(_) => (Vec::new(), Some(Fault::SafeMode)),
             None => {
@@ -204,7 +207,7 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
                     image: ImageCheck::Damaged,
                     ..Supervision::default()
                 };
-                (vec![Event::Supervision(how)], None)
+                (vec![Message::Supervision(how)], None)
             }
         };
         Said {
@@ -232,22 +235,22 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     let mut lives = 0;
     let port = plug(move |input| {
         let events = match input {
-            Some(Input::Hello) if lives > 0 => {
+            Some(Message::Hello) if lives > 0 => {
                 let died = PostMortem::new(Cause::Watchdog, 5, 1_000);
-                vec![boot(WIRE_VERSION), Event::PostMortem(died)]
+                vec![boot(WIRE_VERSION), Message::PostMortem(died)]
             }
-            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
-            Some(Input::Configure(config)) => {
+            Some(Message::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Message::Input(Input::Configure(config))) => {
                 lives += 1;
-                vec![Event::Configured(*config)]
+                vec![Event::Configured(*config).into()]
             }
             _ => vec![
-                Event::Status(Status::default()),
-                Event::BrokeOff { stamp_us: 9 },
+                Message::Status(Status::default()),
+                Event::OdometryReset { stamp_us: 9 }.into(),
             ],
         };
         // Dies once, after its first configuration.
-        let boot_id = if lives > 0 && !matches!(input, Some(Input::Configure(_))) {
+        let boot_id = if lives > 0 && !matches!(input, Some(Message::Input(Input::Configure(_)))) {
             2
         } else {
             lives.max(1)
@@ -274,11 +277,10 @@ fn f6a_a_board_that_dies_in_mid_recording_says_how_it_died_and_goes_on_in_a_seco
     }
     // The second part tells it too.
     let second = sim_harness::log::read(Path::new(&folder.file("drive.2.ipf"))).unwrap();
-    let told = second
-        .events
-        .iter()
-        .any(|event| matches!(event, Event::PostMortem(record) if record.cause == Cause::Watchdog));
-    assert!(told, "{:?}", second.events);
+    let told = second.messages.iter().any(
+        |event| matches!(event, Message::PostMortem(record) if record.cause == Cause::Watchdog),
+    );
+    assert!(told, "{:?}", second.messages);
 }
 
 #[test]
@@ -335,12 +337,12 @@ fn plug_recorded(is_reset: bool, refused: Option<Fault>) -> String {
     plug(move |input| {
         let boot_id = boots;
         let (events, refused) = match input {
-            Some(Input::Hello) => (vec![boot(WIRE_VERSION)], None),
-            Some(Input::Configure(config)) => {
+            Some(Message::Hello) => (vec![boot(WIRE_VERSION)], None),
+            Some(Message::Input(Input::Configure(config))) => {
                 boots += u8::from(is_reset);
-                (vec![Event::Configured(*config)], refused)
+                (vec![Event::Configured(*config).into()], refused)
             }
-            _ => (vec![Event::Status(Status::default())], None),
+            _ => (vec![Message::Status(Status::default())], None),
         };
         Said {
             boot_id,
@@ -452,8 +454,10 @@ fn a_recording_ends_in_time_when_the_board_sends_readings_only() {
     let folder = Folder::new("readings");
     let port = plug(|input| {
         let events = match input {
-            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
-            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
+            Some(Message::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Message::Input(Input::Configure(config))) => {
+                vec![Event::Configured(*config).into()]
+            }
             _ => Vec::new(),
         };
         Said {
@@ -488,20 +492,20 @@ fn plug_noisy(noise: Vec<u8>) -> String {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
-                let answer = Event::Answer {
+                let answer = Message::Answer {
                     input: frame.sequence,
                     refused: None,
                 };
                 let event = match frame.message {
-                    Message::Input(Input::Hello) => boot(WIRE_VERSION),
+                    Message::Hello => boot(WIRE_VERSION),
                     Message::Input(Input::Configure(config)) => {
                         turns_left = 3000;
-                        Event::Configured(config)
+                        Event::Configured(config).into()
                     }
                     _ => continue,
                 };
                 for event in [event, answer] {
-                    let _ = master.write_all(encoder.encode(Outgoing::Event(&event)));
+                    let _ = master.write_all(encoder.encode(&event));
                 }
             }
             if turns_left < u32::MAX {
@@ -588,7 +592,7 @@ fn an_interrupted_recording_is_whole_and_its_account_is_printed() {
         assert!(shown.contains("lost"), "no account of frames: {shown}");
         let recording = sim_harness::log::read(Path::new(&out)).unwrap();
         assert!(recording.refusals.is_empty(), "{}", recording.refusals);
-        assert!(recording.events.len() > 3);
+        assert!(recording.messages.len() > 3);
     }
 }
 
@@ -720,10 +724,10 @@ fn a_file_that_appears_while_the_board_is_configured_is_not_overwritten() {
     let path = out.clone();
     let port = plug(move |input| {
         let events = match input {
-            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
-            Some(Input::Configure(config)) => {
+            Some(Message::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Message::Input(Input::Configure(config))) => {
                 std::fs::write(&path, "another's").unwrap();
-                vec![Event::Configured(*config)]
+                vec![Event::Configured(*config).into()]
             }
             _ => Vec::new(),
         };
@@ -838,9 +842,11 @@ fn offsets_are_no_success_without_a_measurement() {
     let port = plug(move |input| Said {
         boot_id: 1,
         events: match input {
-            Some(Input::Hello) => vec![boot(WIRE_VERSION)],
-            Some(Input::Configure(config)) => vec![Event::Configured(*config)],
-            _ => vec![Event::Offsets(stored)],
+            Some(Message::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Message::Input(Input::Configure(config))) => {
+                vec![Event::Configured(*config).into()]
+            }
+            _ => vec![Message::Offsets(stored)],
         },
         ..Said::default()
     });

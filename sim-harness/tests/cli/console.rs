@@ -9,13 +9,11 @@ use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample};
+use amiro_ipf::link::{Encoder, Message};
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::{Config, Input};
 use amiro_ipf::supervision::{Cause, PostMortem};
-use amiro_ipf::wire::{Encoder, Outgoing};
 use sim_harness::log::RecordingWriter;
 
 /// Text that would clear a terminal, set its title, go back in the line and begin a line
@@ -72,7 +70,7 @@ fn drive(folder: &Folder) -> PathBuf {
 }
 
 /// A short recording with a text of faults, a scenario and the events of a board.
-fn recording(faults: &str, scenario: Option<&str>, events: &[Event]) -> Vec<u8> {
+fn recording(faults: &str, scenario: Option<&str>, events: &[Message]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut writer = RecordingWriter::new(&mut bytes).unwrap();
     if let Some(text) = scenario {
@@ -94,9 +92,7 @@ fn recording(faults: &str, scenario: Option<&str>, events: &[Event]) -> Vec<u8> 
     }
     let mut encoder = Encoder::new(7);
     for event in events {
-        writer
-            .write_frames(encoder.encode(Outgoing::Event(event)))
-            .unwrap();
+        writer.write_frames(encoder.encode(event)).unwrap();
     }
     writer.finish().unwrap();
     bytes
@@ -124,7 +120,7 @@ fn no_text_of_a_recording_reaches_the_terminal_with_its_control_characters() {
     let files = [
         (
             "faults and place.ipf",
-            recording(HOSTILE, None, &[Event::PostMortem(died)]),
+            recording(HOSTILE, None, &[Message::PostMortem(died)]),
         ),
         ("scenario.ipf", recording("", Some(HOSTILE), &[])),
         ("named.ipf", recording("", Some(&named), &[])),

@@ -1,12 +1,11 @@
 //! Recordings that were joined: the first run is read, and a notice says where another
 //! one begins.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{Encoder, Outgoing, Terminal, Truth};
+use amiro_ipf::link::{DeviceEndpoint, Encoder, Truth};
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Input};
 use amiro_ipf::{filter::ParticleSet, node::Node};
 use sim_harness::link::boot_on_host;
 use sim_harness::log::{Place, Reason, Recording, RecordingWriter, read_from};
@@ -57,12 +56,12 @@ fn simulated(scenario: &str, seed: u64) -> Vec<u8> {
 /// A recording of a board: the host's configuration, and what the board sends after it.
 fn of_a_board() -> Vec<u8> {
     let mut particles = ParticleSet::<800>::new();
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot_on_host(800), 7);
+    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(800), 7);
     let mut host = Encoder::new(0xa5);
     let mut sent = Vec::new();
     let all = [vec![Input::Configure(config())], drive()].concat();
     for input in &all {
-        for byte in host.encode(Outgoing::Input(input)) {
+        for byte in host.encode(input) {
             terminal.receive(*byte, &mut |frame, _| sent.extend_from_slice(frame));
         }
     }

@@ -7,16 +7,14 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::config::{Choice, Config, Source, StepRule};
-use amiro_ipf::event::{Event, OffsetReport, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
-use amiro_ipf::health::Health;
-use amiro_ipf::input::Input;
-use amiro_ipf::kinematics::WheelSpeeds;
-use amiro_ipf::node::Node;
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{Encoder, FrameError, MAX_FRAME, Message, Outgoing, Terminal, Truth};
+use amiro_ipf::link::{
+    BoardStatus, DeviceEndpoint, Encoder, FrameError, Health, MAX_FRAME, Message, MessageRef,
+    OffsetReport, Truth,
+};
+use amiro_ipf::model::{Sample, WheelSpeeds};
+use amiro_ipf::node::{Config, Event, Input, Node, SampleSelection, Source, StepRule};
 use proptest::prelude::*;
 use sim_harness::link::{Comparison, boot_on_host};
 use sim_harness::log::{
@@ -158,18 +156,18 @@ fn stream_is_read_as_it_was_written() {
     let scenario = "# Grüße\nseed = 7\n".repeat(40);
     let mut answers = Vec::new();
     let mut board = Encoder::new(0x11);
-    let events = [3, 9].map(|input| Event::Answer {
+    let events = [3, 9].map(|input| Message::Answer {
         input,
         refused: None,
     });
     for event in &events {
-        answers.extend_from_slice(board.encode(&Message::Event(event.clone())));
+        answers.extend_from_slice(board.encode(event));
     }
 
     let mut writer = RecordingWriter::new(Vec::new()).unwrap();
     writer.write_truth(&Truth::Seed(7)).unwrap();
     writer.write_scenario(&scenario).unwrap();
-    writer.write_input(&Input::Hello).unwrap();
+    writer.write_message(&Message::Hello).unwrap();
     writer.write_input(&Input::Configure(config)).unwrap();
     for (index, input) in inputs.iter().enumerate() {
         writer.write_input(input).unwrap();
@@ -187,7 +185,7 @@ fn stream_is_read_as_it_was_written() {
     assert!(recording.refusals.is_empty(), "{}", recording.refusals);
     assert_eq!(recording.config, Some(config));
     assert_eq!(recording.inputs, inputs);
-    assert_eq!(recording.events, events);
+    assert_eq!(recording.messages, events);
     let truth = recording.truth.unwrap();
     assert_eq!(truth.seed, Some(7));
     assert_eq!(truth.scenario, Some(scenario));
@@ -241,10 +239,10 @@ fn losses_are_counted_for_each_sender_apart() {
     let mut bytes = vec![0];
     for index in 0..20_u16 {
         let input = Message::Input(tick(u64::from(index)));
-        let answer = Message::Event(Event::Answer {
+        let answer = Message::Answer {
             input: index,
             refused: None,
-        });
+        };
         let (input, answer) = (host.encode(&input), board.encode(&answer));
         if index != 4 {
             bytes.extend_from_slice(input);
@@ -254,7 +252,7 @@ fn losses_are_counted_for_each_sender_apart() {
         }
     }
     let recording = reading(&bytes).unwrap();
-    assert_eq!((recording.inputs.len(), recording.events.len()), (19, 17));
+    assert_eq!((recording.inputs.len(), recording.messages.len()), (19, 17));
     let lost: Vec<&str> = recording
         .refusals
         .first()
@@ -276,7 +274,7 @@ fn second_configuration_ends_what_is_used() {
 
 /// A robot in memory that reads itself: every byte that its board says.
 struct LiveBoard<'a> {
-    terminal: Terminal<'a, 800>,
+    terminal: DeviceEndpoint<'a, 800>,
     host: Encoder,
     said: Vec<u8>,
 }
@@ -285,7 +283,7 @@ impl<'a> LiveBoard<'a> {
     /// As after a reset: it says who speaks and with what it begins.
     fn new(particles: &'a mut ParticleSet<800>, own: Config) -> Self {
         let mut board = Self {
-            terminal: Terminal::new(Node::new(particles), boot_on_host(800), 7),
+            terminal: DeviceEndpoint::new(Node::new(particles), boot_on_host(800), 7),
             host: Encoder::new(0xa5),
             said: Vec::new(),
         };
@@ -302,22 +300,22 @@ impl<'a> LiveBoard<'a> {
         for (number, input) in inputs.iter().enumerate() {
             terminal.inject(input, &mut send);
             match number % 16 {
-                0 => terminal.report(Status::default(), &mut send),
-                5 => terminal.tell(&Event::Health(Health::default()), &mut send),
-                9 => terminal.tell(&Event::Offsets(OffsetReport::default()), &mut send),
+                0 => terminal.report(BoardStatus::default(), &mut send),
+                5 => terminal.publish(&Message::Health(Health::default()), &mut send),
+                9 => terminal.publish(&Message::Offsets(OffsetReport::default()), &mut send),
                 _ => {}
             }
         }
     }
 
     /// An input of the host, over the link.
-    fn hear(&mut self, input: &Input) {
+    fn hear<'m>(&mut self, message: impl Into<MessageRef<'m>>) {
         let Self {
             terminal,
             host,
             said,
         } = self;
-        for byte in host.encode(Outgoing::Input(input)) {
+        for byte in host.encode(message) {
             terminal.receive(*byte, &mut |frame, _| said.extend_from_slice(frame));
         }
     }
@@ -355,7 +353,7 @@ fn own_config(seed: u64) -> Config {
     Config {
         seed,
         particles_per_sensor: 100,
-        choice: Choice::Median,
+        choice: SampleSelection::Median,
         source: Source::Board,
         ..Config::amiro(Profile::Paper)
     }
@@ -377,10 +375,10 @@ fn assert_replays(recording: &Recording, config: &Config, inputs: &[Input]) {
     let mut breaks = 0;
     let outcome = sim_harness::run(&as_replayed, &recording.inputs, |event| {
         comparison.expect(event);
-        breaks += u32::from(matches!(event, Event::BrokeOff { .. }));
+        breaks += u32::from(matches!(event, Event::OdometryReset { .. }));
     })
     .unwrap();
-    for event in &recording.events {
+    for event in &recording.messages {
         comparison.meet(event);
     }
     let verdict = comparison.verdict_of_recording();
@@ -403,7 +401,7 @@ fn a_live_recording_replays_whatever_the_board_was_amid() {
         };
         let mut particles = ParticleSet::<800>::new();
         let mut board = LiveBoard::new(&mut particles, own_config(5));
-        board.hear(&Input::Hello);
+        board.hear(&Message::Hello);
         board.read(&own_readings(0, 100));
         board.hear(&Input::Configure(wanted));
         // Earlier than what it read before: its clock is its own affair.

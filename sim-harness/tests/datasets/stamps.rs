@@ -3,15 +3,12 @@
 //! Overflow checks are on in this build, so that an unguarded `+` ends a test.
 
 use amiro_ipf::can;
-use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::driver::Bus;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::kinematics::WheelSpeeds;
-use amiro_ipf::node::Node;
+use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
+use amiro_ipf::node::{Config, Input, Node, StepRule};
 use amiro_ipf::senses::Senses;
-use amiro_ipf::sensor::{SENSORS, Sample};
 use proptest::prelude::*;
 use sim_harness::faults::Faults;
 use sim_harness::log::{RecordingWriter, read_from};

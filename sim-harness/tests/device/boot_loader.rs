@@ -1,11 +1,10 @@
 //! The flash image behind a boot loader that leaves the core in a bad state, in QEMU.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::Sample;
+use amiro_ipf::link::Message;
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Input};
 use amiro_ipf::supervision::{Mode, PostMortem, Supervision};
 use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
@@ -108,9 +107,9 @@ fn board_behind(boot_loader: Vec<u8>) -> Option<Board> {
 fn first_words(board: &mut Board) -> Result<(Option<PostMortem>, Supervision), LinkError> {
     let mut post_mortem = None;
     loop {
-        match board.next_event()? {
-            Event::PostMortem(record) => post_mortem = Some(record),
-            Event::Supervision(supervision) => return Ok((post_mortem, supervision)),
+        match board.next_message()? {
+            Message::PostMortem(record) => post_mortem = Some(record),
+            Message::Supervision(supervision) => return Ok((post_mortem, supervision)),
             _ => {}
         }
     }

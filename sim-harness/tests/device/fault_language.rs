@@ -3,15 +3,11 @@
 //!
 //! Names that begin with f01 to f23 are entries of the fault catalogue.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::driver::{SensorFault, SensorState};
-use amiro_ipf::event::Event;
-use amiro_ipf::fault::Fault as Refusal;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::health::{BusState, Health};
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample};
-use amiro_ipf::wire::{Encoder, Outgoing, Truth};
+use amiro_ipf::link::{BusState, Encoder, Health, Truth};
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::{Config, Event, Fault as Refusal, Input};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
 use sim_harness::faults::{Faults, SimulatedDrive};
@@ -531,7 +527,7 @@ fn f23_f31_can_s_other_words_do_what_they_say() {
         );
         assert_eq!(wrong[1], sound[1]);
     }
-    let broke_off = |event: &&Event| matches!(event, Event::BrokeOff { .. });
+    let broke_off = |event: &&Event| matches!(event, Event::OdometryReset { .. });
     assert!(on_map.events.iter().filter(broke_off).count() >= 1);
     // Frames come each 63 ms: every fourth is 200 ms after one that came.
     let (slow, _) = of("slow:5Hz");
@@ -726,7 +722,7 @@ fn a_recording_with_faults_replays_equal_and_says_its_faults() {
     let mut board = Encoder::new(1);
     let mut answers = Vec::new();
     run(&config, &recording.inputs, |event| {
-        answers.extend_from_slice(board.encode(Outgoing::Event(event)));
+        answers.extend_from_slice(board.encode(event));
     })
     .unwrap();
     writer.write_frames(&answers).unwrap();
@@ -735,7 +731,7 @@ fn a_recording_with_faults_replays_equal_and_says_its_faults() {
     assert_eq!(said, &[(text.to_owned(), 9), ("link=off".to_owned(), 10)]);
     let mut comparison = Comparison::default();
     run(&config, &again.inputs, |event| comparison.expect(event)).unwrap();
-    again.events.iter().for_each(|event| comparison.meet(event));
+    again.events().for_each(|event| comparison.meet(event));
     let verdict = comparison.verdict_of_recording();
     assert!(verdict.equal, "{verdict}");
 }

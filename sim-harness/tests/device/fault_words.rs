@@ -9,9 +9,9 @@ use std::collections::BTreeSet;
 use std::io::Error;
 
 use amiro_ipf::driver::OffsetRefusal;
-use amiro_ipf::event::Event;
-use amiro_ipf::fault::Fault;
-use amiro_ipf::wire::{FrameError, WIRE_VERSION};
+use amiro_ipf::link::{Boot, FrameError, Health, Message, OffsetReport, Status, WIRE_VERSION};
+use amiro_ipf::node::{Config, Event, Fault, Particles, StepBegun, StepDone};
+use amiro_ipf::supervision::{PostMortem, Supervision};
 use sim_harness::link::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
@@ -21,15 +21,39 @@ use crate::common;
 
 const PAGE: &str = include_str!("../../../docs/faults.md");
 
+/// The payloads of the messages of a board; `Answer` has no type of its own.
+type Payloads = (
+    (Boot, Config, StepBegun, Particles, StepDone),
+    (Status, Health, OffsetReport, PostMortem, Supervision),
+);
+
+// A new message of a board fails to compile here until its payload is above.
+const _: fn(&Message) = |message| match message {
+    Message::Hello | Message::Calibrate | Message::Input(_) | Message::Truth(_) => {}
+    Message::Event(
+        Event::Configured(_)
+        | Event::StepBegun(_)
+        | Event::Particles(_)
+        | Event::StepDone(_)
+        | Event::OdometryReset { .. },
+    )
+    | Message::Answer { .. }
+    | Message::Boot(_)
+    | Message::Status(_)
+    | Message::Health(_)
+    | Message::Offsets(_)
+    | Message::PostMortem(_)
+    | Message::Supervision(_) => {}
+};
+
 /// Where the page explains the variants of each enum of the stream. The first say what a
 /// run is or finds; those of their words that tell of faults are named in the test.
-const ENUMS: [(&str, Option<&str>); 20] = [
-    ("Event", None),
+const ENUMS: [(&str, Option<&str>); 19] = [
     ("Sample", None),
     ("StepRule", None),
     ("SurvivalRule", None),
     ("NothingDraw", None),
-    ("Choice", None),
+    ("SampleSelection", None),
     ("Source", None),
     ("Fault", Some("## An input was refused")),
     ("SensorState", Some("## A sensor")),
@@ -120,7 +144,7 @@ fn assert_all_have_their_place(
 
 #[test]
 fn every_word_of_the_stream_is_explained() {
-    let shape = Shape::of::<Event>();
+    let shape = Shape::of::<(Payloads, Option<Fault>)>();
     assert_all_have_their_place(shape.enums(), &ENUMS);
     let others = ["BrokeOff", "Limit", "degenerate", "Median"];
     assert_explained(others.map(str::to_owned));
@@ -128,7 +152,7 @@ fn every_word_of_the_stream_is_explained() {
 
 #[test]
 fn every_counter_and_field_of_how_the_board_is_is_explained() {
-    let shape = Shape::of::<Event>();
+    let shape = Shape::of::<Payloads>();
     assert_all_have_their_place(shape.structs(), &STRUCTS);
 }
 

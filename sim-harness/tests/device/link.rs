@@ -7,20 +7,16 @@
 use std::time::{Duration, Instant};
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::config::{Config, Source};
 use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, STORE_BYTES};
-use amiro_ipf::event::{BoardStatus, Event, Status};
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::Health;
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
-use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{
-    Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WIRE_VERSION,
+use amiro_ipf::link::{
+    BoardStatus, Decoder, DeviceEndpoint, Encoder, Frame, Health, Message, MessageRef, Received,
+    Status, Truth, WIRE_VERSION,
 };
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Event, Fault, Input, Node, Source};
+use amiro_ipf::random::{Generator, uniform_below};
 use sim_harness::bus::RobotBuses;
 use sim_harness::link::{
     Board, Comparison, Equality, FrameTally, LinkError, Verdict, boot_on_host, drive,
@@ -72,10 +68,14 @@ fn host_events(inputs: &[Input]) -> Vec<Event> {
 }
 
 /// A board's run of `inputs` held against the host's run of [`inputs`].
-fn verdict_of(
-    inputs: &[Input],
+fn verdict_of<M>(
+    inputs: &[M],
     on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static,
-) -> Verdict {
+) -> Verdict
+where
+    M: Clone,
+    for<'m> &'m M: Into<MessageRef<'m>>,
+{
     let mut comparison = Comparison::default();
     for event in host_events(&self::inputs()) {
         comparison.expect(&event);
@@ -126,17 +126,17 @@ fn write(frame: &Frame) -> Vec<u8> {
 
 /// A line that changes the events that a board says, and loses those that become `None`.
 fn line(
-    mut change: impl FnMut(Event) -> Option<Event> + Send + 'static,
+    mut change: impl FnMut(Message) -> Option<Message> + Send + 'static,
 ) -> impl FnMut(&mut Vec<u8>) -> bool + Send + 'static {
     move |bytes| {
         let mut frame = read(bytes);
-        let Message::Event(event) = frame.message else {
+        if !frame.message.is_from_board() {
             return true;
-        };
-        let Some(event) = change(event) else {
+        }
+        let Some(message) = change(frame.message) else {
             return false;
         };
-        frame.message = Message::Event(event);
+        frame.message = message;
         *bytes = write(&frame);
         true
     }
@@ -192,8 +192,8 @@ fn a_parameter_that_differs_on_one_side_is_found() {
 fn a_dropped_particle_frame_is_found() {
     let mut batches = 0;
     let lossy = line(move |event| {
-        batches += usize::from(matches!(event, Event::Particles(_)));
-        (batches != 30 || !matches!(event, Event::Particles(_))).then_some(event)
+        batches += usize::from(matches!(event, Message::Event(Event::Particles(_))));
+        (batches != 30 || !matches!(event, Message::Event(Event::Particles(_)))).then_some(event)
     });
     let verdict = verdict_of(&inputs(), lossy);
     let reasons = [
@@ -241,7 +241,7 @@ fn one_other_digest_is_found() {
     let verdict = verdict_of(
         &inputs(),
         line(|mut event| {
-            if let Event::StepDone(done) = &mut event
+            if let Message::Event(Event::StepDone(done)) = &mut event
                 && done.index == 4
             {
                 done.digest ^= 1 << 17;
@@ -258,7 +258,7 @@ fn another_build_is_found() {
     let verdict = verdict_of(
         &inputs(),
         line(|mut event| {
-            if let Event::Boot(boot) = &mut event {
+            if let Message::Boot(boot) = &mut event {
                 boot.build_id ^= 1;
             }
             Some(event)
@@ -329,7 +329,7 @@ fn verdict_with(tally: FrameTally, status: Status) -> Verdict {
     let events = host_events(&inputs());
     events.iter().for_each(|event| comparison.expect(event));
     events.iter().for_each(|event| comparison.meet(event));
-    comparison.meet(&Event::Status(status));
+    comparison.meet(&Message::Status(status));
     comparison.verdict(Some(&boot_on_host(800)), &tally)
 }
 
@@ -379,7 +379,7 @@ fn audited(on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Verdic
     }
     let mut board = Board::in_memory(on_line);
     board.greet().unwrap();
-    let meet = |event: &Event| comparison.meet(event);
+    let meet = |message: &Message| comparison.meet(message);
     let audit = drive(&mut board, &inputs(), meet, |_, _| ()).unwrap();
     comparison.take_audit(audit);
     comparison.verdict(board.boot(), &board.tally())
@@ -392,12 +392,12 @@ fn surplus_answers_are_no_equality() {
     let verdict = audited(move |bytes| {
         let frame = read(bytes);
         let mut sent = encoder.encode(&frame.message).to_vec();
-        if let Message::Event(Event::Answer { input, .. }) = frame.message {
+        if let Message::Answer { input, .. } = frame.message {
             answers += 1;
             if answers == 5 {
                 // The same input is answered once more.
                 let refused = None;
-                sent.extend(encoder.encode(Outgoing::Event(&Event::Answer { input, refused })));
+                sent.extend(encoder.encode(&Message::Answer { input, refused }));
             }
         }
         *bytes = sent;
@@ -413,20 +413,20 @@ fn answers_out_of_order_are_no_equality() {
     let mut held = None;
     let mut answers = 0;
     let verdict = audited(line(move |event| {
-        let Event::Answer { input, refused } = event else {
+        let Message::Answer { input, refused } = event else {
             return Some(event);
         };
         answers += 1;
         match answers {
             6 => {
                 held = Some(input);
-                Some(Event::Answer {
+                Some(Message::Answer {
                     input: input.wrapping_add(1),
                     refused,
                 })
             }
-            7 => held.take().map(|input| Event::Answer { input, refused }),
-            _ => Some(Event::Answer { input, refused }),
+            7 => held.take().map(|input| Message::Answer { input, refused }),
+            _ => Some(Message::Answer { input, refused }),
         }
     }));
     assert_fails_because(&verdict, &["1 answers came out of order"]);
@@ -543,8 +543,8 @@ fn an_input_without_an_answer_ends_the_run_within_the_deadline() {
     let mut answers = 0;
     // The greeting and two inputs are answered.
     let mut board = Board::in_memory(line(move |event| {
-        answers += usize::from(matches!(event, Event::Answer { .. }));
-        (answers <= 4 || !matches!(event, Event::Answer { .. })).then_some(event)
+        answers += usize::from(matches!(event, Message::Answer { .. }));
+        (answers <= 4 || !matches!(event, Message::Answer { .. })).then_some(event)
     }));
     board.greet().unwrap();
     let start = Instant::now();
@@ -597,7 +597,7 @@ fn an_input_that_the_board_alone_refuses_is_a_difference_and_is_named() {
 #[test]
 fn f69_another_version_is_refused_with_both_numbers() {
     let mut board = Board::in_memory(line(|mut event| {
-        if let Event::Boot(boot) = &mut event {
+        if let Message::Boot(boot) = &mut event {
             boot.wire_version = 77;
         }
         Some(event)
@@ -627,9 +627,9 @@ fn f6a_a_board_that_starts_anew_in_the_middle_ends_the_run() {
 #[test]
 fn greetings_and_status_do_not_disturb_a_comparison() {
     // A second greeting amid the run is answered and changes no digest.
-    let mut inputs = inputs();
-    inputs.insert(20, Input::Hello);
-    let verdict = verdict_of(&inputs, |_| true);
+    let mut messages: Vec<Message> = inputs().into_iter().map(Message::Input).collect();
+    messages.insert(20, Message::Hello);
+    let verdict = verdict_of(&messages, |_| true);
     assert!(verdict.equal, "{verdict}");
 }
 
@@ -736,10 +736,10 @@ fn a_line_on_which_only_the_board_s_health_comes_is_no_answer() {
     // The first two answers are the greetings'; every later one becomes a health.
     let mut answers = 0;
     let mut board = Board::in_memory(line(move |event| {
-        answers += usize::from(matches!(event, Event::Answer { .. }));
-        let is_hidden = answers > 2 && matches!(event, Event::Answer { .. });
+        answers += usize::from(matches!(event, Message::Answer { .. }));
+        let is_hidden = answers > 2 && matches!(event, Message::Answer { .. });
         Some(if is_hidden {
-            Event::Health(Health::default())
+            Message::Health(Health::default())
         } else {
             event
         })
@@ -749,7 +749,7 @@ fn a_line_on_which_only_the_board_s_health_comes_is_no_answer() {
     let driven = drive(
         &mut board,
         &[Input::Tick { stamp_us: 0 }],
-        |event| heard += usize::from(matches!(event, Event::Health(_))),
+        |event| heard += usize::from(matches!(event, Message::Health(_))),
         |_, _| (),
     );
     assert!(
@@ -811,25 +811,25 @@ fn the_run_that_a_board_was_amid_is_not_recorded() {
     assert!(recording.refusals.is_empty(), "{}", recording.refusals);
     assert!(
         matches!(
-            recording.events.as_slice(),
+            recording.messages.as_slice(),
             [
-                Event::Configured(_),
-                Event::Answer { refused: None, .. },
+                Message::Event(Event::Configured(_)),
+                Message::Answer { refused: None, .. },
                 // To the recorder's second greeting.
-                Event::Boot(_),
-                Event::Offsets(_),
-                Event::Answer { refused: None, .. },
+                Message::Boot(_),
+                Message::Offsets(_),
+                Message::Answer { refused: None, .. },
             ]
         ),
         "{:?}",
-        recording.events
+        recording.messages
     );
 }
 
 /// What a terminal that hears `bytes` says, and how many frames it found broken.
-fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Event>, u32) {
+fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Message>, u32) {
     let mut particles = Box::new(ParticleSet::<800>::new());
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot_on_host(800), 3);
+    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(800), 3);
     let mut said = Vec::new();
     for byte in bytes {
         terminal.receive(byte, &mut |frame, _| said.extend_from_slice(frame));
@@ -839,13 +839,9 @@ fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Event>, u32) {
         .into_iter()
         .map(|received| match received {
             Received::Frame {
-                frame:
-                    Frame {
-                        message: Message::Event(event),
-                        ..
-                    },
+                frame: Frame { message, .. },
                 lost: 0,
-            } => event,
+            } if message.is_from_board() => message,
             other => panic!("{other:?}"),
         })
         .collect();
@@ -856,16 +852,16 @@ fn frames(inputs: &[Input]) -> Vec<Vec<u8>> {
     let mut encoder = Encoder::new(0xa5);
     inputs
         .iter()
-        .map(|input| encoder.encode(Outgoing::Input(input)).to_vec())
+        .map(|input| encoder.encode(input).to_vec())
         .collect()
 }
 
 /// Numbers of the answered inputs that were taken.
-fn taken(events: &[Event]) -> Vec<u16> {
+fn taken(events: &[Message]) -> Vec<u16> {
     events
         .iter()
         .filter_map(|event| match event {
-            Event::Answer {
+            Message::Answer {
                 input,
                 refused: None,
             } => Some(*input),
@@ -874,11 +870,11 @@ fn taken(events: &[Event]) -> Vec<u16> {
         .collect()
 }
 
-fn digests(events: &[Event]) -> Vec<u32> {
+fn digests(events: &[Message]) -> Vec<u32> {
     events
         .iter()
         .filter_map(|event| match event {
-            Event::StepDone(done) => Some(done.digest),
+            Message::Event(Event::StepDone(done)) => Some(done.digest),
             _ => None,
         })
         .collect()
@@ -946,7 +942,7 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
             stamp_us: u64::MAX,
             samples: [Sample::Counts(i32::MIN); 8],
         }),
-        Message::Event(Event::Boot(boot_on_host(800))),
+        Message::Boot(boot_on_host(800)),
         Message::Event(Event::Configured(bad_config)),
         Message::Truth(Truth::Seed(1)),
     ];
@@ -969,10 +965,10 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
         .collect();
     let (events, broken) = heard(bytes);
     assert_eq!(broken, 0);
-    let (refused, rest): (Vec<Event>, Vec<Event>) = events.into_iter().partition(|event| {
+    let (refused, rest): (Vec<Message>, Vec<Message>) = events.into_iter().partition(|event| {
         matches!(
             event,
-            Event::Answer {
+            Message::Answer {
                 refused: Some(_),
                 ..
             }
@@ -982,7 +978,7 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
     assert_eq!(refused.len(), good.len() * hostile.len());
     // Once there is odometry, which the first two frames do not bring.
     for (number, event) in refused.iter().enumerate().skip(2 * hostile.len()) {
-        let Event::Answer { refused, .. } = event else {
+        let Message::Answer { refused, .. } = event else {
             panic!("{event:?}");
         };
         assert_eq!(*refused, Some(expected[number % hostile.len()]), "{number}");

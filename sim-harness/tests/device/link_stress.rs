@@ -17,15 +17,16 @@ use std::sync::mpsc::{Receiver as Inbox, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::{BoardStatus, Event, ParticleEvent, Particles, Status, StepBegun};
 use amiro_ipf::filter::{Outcome, ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
+use amiro_ipf::link::{
+    BoardStatus, Decoder, DeviceEndpoint, Encoder, Message, Priority, Received, Status,
+};
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{
+    Config, Event, Input, Node, ParticleEvent, Particles, Source, StepBegun, StepRule,
+};
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{Decoder, Encoder, Importance, Message, Received, Terminal};
 use serialport::{SerialPort, TTYPort};
 use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{Scores, Truth};
@@ -62,9 +63,9 @@ fn messages() -> Vec<Message> {
     let samples = [Sample::Counts(-110); 8];
     let pose = Pose::new(0.1, 0.2, 0.3);
     vec![
-        Message::Input(Input::Hello),
+        Message::Hello,
         particles(38),
-        Message::Event(Event::Status(Status::default())),
+        Message::Status(Status::default()),
         particles(15),
         Message::Input(Input::Proximity { stamp_us, samples }),
         particles(38),
@@ -80,7 +81,7 @@ fn messages() -> Vec<Message> {
 /// The message with this number; a status says how many went before it.
 fn message(messages: &[Message], number: u64) -> Message {
     let mut message = messages[(number % messages.len() as u64) as usize].clone();
-    if let Message::Event(Event::Status(status)) = &mut message {
+    if let Message::Status(status) = &mut message {
         status.board.sent_frames = number as u32;
     }
     message
@@ -317,7 +318,7 @@ fn pose_of(event: &Event) -> Option<Pose2> {
 /// A board on the host: the terminal of the flash image and its queue of 255 frames, of
 /// which details leave 24, behind a line of so many bytes a beat.
 struct SlowBoard {
-    terminal: Terminal<'static, 800>,
+    terminal: DeviceEndpoint<'static, 800>,
     queue: VecDeque<Vec<u8>>,
     /// Bytes that the line had time for and that no frame took yet.
     credit: usize,
@@ -329,7 +330,7 @@ impl SlowBoard {
     fn new(boot_id: u8) -> Self {
         // One of a handful in the whole program.
         let particles = Box::leak(Box::new(ParticleSet::new()));
-        let mut terminal = Terminal::new(Node::new(particles), boot_on_host(800), boot_id);
+        let mut terminal = DeviceEndpoint::new(Node::new(particles), boot_on_host(800), boot_id);
         let (mut queue, mut sent, mut status) = (VecDeque::new(), 0, BoardStatus::default());
         terminal.introduce(&mut |frame, importance| {
             enqueue(&mut queue, &mut sent, &mut status, frame, importance);
@@ -346,7 +347,7 @@ impl SlowBoard {
     /// Does something with the terminal; what it says is queued.
     fn with<T>(
         &mut self,
-        work: impl FnOnce(&mut Terminal<'static, 800>, &mut dyn FnMut(&[u8], Importance)) -> T,
+        work: impl FnOnce(&mut DeviceEndpoint<'static, 800>, &mut dyn FnMut(&[u8], Priority)) -> T,
     ) -> T {
         let Self {
             terminal,
@@ -365,10 +366,7 @@ impl SlowBoard {
     }
 
     fn report(&mut self) {
-        let status = Status {
-            node: *self.terminal.node().status(),
-            board: self.status,
-        };
+        let status = self.status;
         self.with(|terminal, mut send| terminal.report(status, &mut send));
     }
 
@@ -394,12 +392,12 @@ fn enqueue(
     sent: &mut u64,
     status: &mut BoardStatus,
     frame: &[u8],
-    importance: Importance,
+    importance: Priority,
 ) {
     *sent += 1;
     let reserve = match importance {
-        Importance::Detail => 24,
-        Importance::Essential => 0,
+        Priority::BestEffort => 24,
+        Priority::Reliable => 0,
     };
     if 255 - queue.len() > reserve {
         queue.push_back(frame.to_vec());
@@ -653,13 +651,13 @@ fn f6b_a_device_node_that_vanishes_is_waited_for_and_the_recording_goes_on() {
         |part| folder.open(part),
         |news| {
             match news {
-                News::Event(Event::Status(_)) => {
+                News::Message(Message::Status(_)) => {
                     statuses += 1;
                     if statuses == 10 {
                         robot.order(Order::Vanish);
                     }
                 }
-                News::Event(_) | News::Input(_) | News::Waiting => {}
+                News::Message(_) | News::Input(_) | News::Waiting => {}
                 News::Away => {
                     asked_while_away += 1;
                     if asked_while_away == 10 {
@@ -703,13 +701,13 @@ fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
         &robot_config(),
         |part| folder.open(part),
         |news| match news {
-            News::Event(Event::Status(_)) => {
+            News::Message(Message::Status(_)) => {
                 if since.is_none() {
                     robot.order(Order::Vanish);
                 }
                 true
             }
-            News::Event(_) | News::Input(_) | News::Waiting => true,
+            News::Message(_) | News::Input(_) | News::Waiting => true,
             _ => {
                 let now = Instant::now();
                 if let Some(last) = last_asked.replace(now) {
@@ -740,14 +738,14 @@ fn f6a_a_board_that_is_reset_begins_another_part_and_the_first_one_stays() {
         &robot_config(),
         |part| folder.open(part),
         |news| match news {
-            News::Event(Event::Status(_)) => {
+            News::Message(Message::Status(_)) => {
                 statuses += 1;
                 if statuses == 10 {
                     robot.order(Order::Reset(2));
                 }
                 statuses < 30
             }
-            News::Event(_) | News::Input(_) | News::Waiting => true,
+            News::Message(_) | News::Input(_) | News::Waiting => true,
             other => {
                 said.push(format!("{other:?}"));
                 true
@@ -796,7 +794,7 @@ fn f67_noise_in_the_middle_of_a_recording_is_named_within_four_seconds() {
         &robot_config(),
         |part| folder.open(part),
         |news| match news {
-            News::Event(Event::Status(status)) => {
+            News::Message(Message::Status(status)) => {
                 if status.node.steps > 2 && noisy_since.is_none() {
                     robot.order(Order::Noise);
                     noisy_since = Some(Instant::now());
@@ -960,7 +958,7 @@ fn start_own_clock(board: &mut Board) {
 
 fn next_status(board: &mut Board) -> Status {
     loop {
-        if let Event::Status(status) = board.next_event().unwrap() {
+        if let Message::Status(status) = board.next_message().unwrap() {
             return status;
         }
     }
@@ -1041,9 +1039,9 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
         // Before the first status no more than one beat's steps begin.
         let mut begun = 0;
         let status = loop {
-            match board.next_event() {
-                Ok(Event::Status(status)) => break status,
-                Ok(Event::StepBegun(_)) => begun += 1,
+            match board.next_message() {
+                Ok(Message::Status(status)) => break status,
+                Ok(Message::Event(Event::StepBegun(_))) => begun += 1,
                 Err(LinkError::Silent) if Instant::now() < deadline => {}
                 other => _ = other.unwrap(),
             }

@@ -1,15 +1,12 @@
 //! The flash image in QEMU: the host's bytes, the board's clock, run after run.
 
 use amiro_ipf::can::CanState;
-use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::driver::{OffsetOrigin, OffsetRefusal, Offsets, SensorState};
-use amiro_ipf::event::{ClockSource, Event, Status};
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::health::{BusState, Health};
-use amiro_ipf::input::Input;
-use amiro_ipf::seed::SeedSource;
-use amiro_ipf::sensor::Sample;
+use amiro_ipf::link::{BusState, ClockSource, Health, Message, Status};
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Event, Input, SeedSource, StepRule};
 use sim_harness::link::{
     Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
 };
@@ -54,7 +51,7 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
         &all,
         |event| {
             comparison.meet(event);
-            if let Event::Status(status) = event {
+            if let Message::Status(status) = event {
                 last = Some(*status);
             }
         },
@@ -123,7 +120,7 @@ fn own_clock_steps_eighty_times_in_ten_seconds_and_skips_none() {
     // Ten seconds of the board's own time between two of its statuses.
     let mut first: Option<Status> = None;
     loop {
-        let Event::Status(status) = board.next_event().unwrap() else {
+        let Message::Status(status) = board.next_message().unwrap() else {
             continue;
         };
         assert_eq!(status.board.overruns, 0, "{status:?}");
@@ -186,8 +183,8 @@ fn garbage_on_the_line_costs_only_the_frames_it_hits() {
 fn two_seconds_alone(board: &mut Board) -> (Vec<Status>, Vec<(u64, Health)>) {
     let (mut statuses, mut healths) = (Vec::<Status>::new(), Vec::new());
     loop {
-        match board.next_event().unwrap() {
-            Event::Status(status) => {
+        match board.next_message().unwrap() {
+            Message::Status(status) => {
                 let end_ms = statuses
                     .first()
                     .map_or(u64::MAX, |first| first.board.uptime_ms + 2_000);
@@ -196,11 +193,14 @@ fn two_seconds_alone(board: &mut Board) -> (Vec<Status>, Vec<(u64, Health)>) {
                     return (statuses, healths);
                 }
             }
-            Event::Health(health) => {
+            Message::Health(health) => {
                 let since_ms = statuses.last().map_or(0, |last| last.board.uptime_ms);
                 healths.push((since_ms, health));
             }
-            event => assert!(!matches!(event, Event::StepBegun(_)), "{event:?}"),
+            message => assert!(
+                !matches!(message, Message::Event(Event::StepBegun(_))),
+                "{message:?}"
+            ),
         }
     }
 }

@@ -3,16 +3,12 @@
 //! Names that begin with f01 to f31 are entries of the fault catalogue.
 
 use amiro_ipf::can::TransmittedPose;
-use amiro_ipf::config::{Config, Source};
 use amiro_ipf::driver::{SensorFault, SensorState};
-use amiro_ipf::event::{Event, Particles};
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
-use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
-use amiro_ipf::wire::{Encoder, Outgoing, Terminal};
+use amiro_ipf::link::{DeviceEndpoint, Encoder, Message};
+use amiro_ipf::model::{SENSORS, Sample, SensorMask};
+use amiro_ipf::node::{Config, Event, Fault, Input, Node, Particles, Source};
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::Scores;
 use sim_harness::link::boot_on_host;
@@ -58,7 +54,7 @@ fn bytes(events: &[Event]) -> Vec<u8> {
     let mut encoder = Encoder::new(1);
     events
         .iter()
-        .flat_map(|event| encoder.encode(Outgoing::Event(event)).to_vec())
+        .flat_map(|event| encoder.encode(event).to_vec())
         .collect()
 }
 
@@ -330,7 +326,7 @@ impl<'a> Watched<'a> {
                 .translate(event, &mut |record| self.mapper.take(record));
             match event {
                 Event::StepBegun(step) => self.steps.push((at_us, step.pose)),
-                Event::BrokeOff { .. } => self.broke_off.push(at_us),
+                Event::OdometryReset { .. } => self.broke_off.push(at_us),
                 Event::Particles(Particles { outcomes, .. }) => {
                     self.particle_events += outcomes.len();
                 }
@@ -608,35 +604,36 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
         ..scenario.config(Profile::Plus)
     };
     let mut particles = set();
-    let mut terminal = Terminal::new(Node::new(&mut particles), boot_on_host(CAPACITY as u32), 7);
+    let mut terminal =
+        DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(CAPACITY as u32), 7);
     let mut line = Vec::new();
     let mut send = |frame: &[u8], _| line.extend_from_slice(frame);
     terminal.introduce(&mut send);
     terminal.inject(&Input::Configure(config), &mut send);
     for report in robot(&scenario, 100, RobotFaults::none()) {
         match report.said {
-            Said::Health(health) => terminal.tell(&Event::Health(health), &mut send),
-            Said::Offsets(offsets) => terminal.tell(&Event::Offsets(offsets), &mut send),
+            Said::Health(health) => terminal.publish(&Message::Health(health), &mut send),
+            Said::Offsets(offsets) => terminal.publish(&Message::Offsets(offsets), &mut send),
             said => terminal.inject(&said.input().unwrap(), &mut send),
         }
     }
     let recording = log::read_from(line.as_slice()).unwrap();
     assert_eq!(recording.config, Some(config), "{:?}", recording.refusals);
-    let said = |events: &[Event]| -> Vec<Event> {
+    fn said<'e>(events: impl Iterator<Item = &'e Event>) -> Vec<Event> {
         let of_steps = |event: &&Event| {
             matches!(
                 event,
                 Event::StepBegun(_) | Event::Particles(_) | Event::StepDone(_)
             )
         };
-        events.iter().filter(of_steps).cloned().collect()
-    };
+        events.filter(of_steps).cloned().collect()
+    }
     let mut replayed = Vec::new();
     run(&config, &recording.inputs, |event| {
         replayed.push(event.clone())
     })
     .unwrap();
-    let (live, replayed) = (said(&recording.events), said(&replayed));
+    let (live, replayed) = (said(recording.events()), said(replayed.iter()));
     assert!(live.len() > 200, "{}", live.len());
     assert!(live == replayed, "{} and {}", live.len(), replayed.len());
 }

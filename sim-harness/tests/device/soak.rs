@@ -6,15 +6,13 @@
 
 #![expect(clippy::panic, reason = "a test that cannot go on says why")]
 
-use amiro_ipf::config::{Config, StepRule};
-use amiro_ipf::event::{Event, Status};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::{Message, Status};
 use amiro_ipf::math;
-use amiro_ipf::node::Node;
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Event, Input, Node, StepRule};
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sensor::Sample;
 use sim_harness::link::{Board, QemuOptions, drive};
 
 use crate::common;
@@ -132,7 +130,7 @@ fn f41_own_steps_are_never_late_and_statuses_come_on_time_for_as_long_as_it_runs
     let span_ms = (minutes * 60e3) as u64;
     let (mut first, mut last): (Option<Status>, Option<Status>) = (None, None);
     loop {
-        let Event::Status(status) = board.next_event().unwrap() else {
+        let Message::Status(status) = board.next_message().unwrap() else {
             continue;
         };
         let now_ms = status.board.uptime_ms;

@@ -10,11 +10,9 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::config::{Config, Source, StepRule};
-use amiro_ipf::event::Event;
-use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
+use amiro_ipf::link::Message;
+use amiro_ipf::node::{Config, Fault, Input, Source, StepRule};
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
 use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
@@ -150,14 +148,14 @@ impl Bench {
     fn next_life(&mut self) -> (Option<PostMortem>, Supervision) {
         let mut post_mortem = None;
         loop {
-            match self.board.next_event().unwrap() {
-                Event::Boot(_) => {
+            match self.board.next_message().unwrap() {
+                Message::Boot(_) => {
                     // The very next message is the record.
-                    if let Event::PostMortem(record) = self.board.next_event().unwrap() {
+                    if let Message::PostMortem(record) = self.board.next_message().unwrap() {
                         post_mortem = Some(record);
                     }
                 }
-                Event::Supervision(supervision) if post_mortem.is_some() => {
+                Message::Supervision(supervision) if post_mortem.is_some() => {
                     return (post_mortem, supervision);
                 }
                 _ => {}
@@ -341,13 +339,13 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
         |part| Ok(files[part as usize - 1].clone()),
         |news| {
             match news {
-                News::Event(Event::Status(_)) => {
+                News::Message(Message::Status(_)) => {
                     statuses += 1;
                     if statuses == 10 {
                         panic_at(socket, image, "src/node.rs", 77);
                     }
                 }
-                News::Event(Event::PostMortem(record)) => {
+                News::Message(Message::PostMortem(record)) => {
                     ends.push((record.cause, record.place.to_string(), record.line));
                 }
                 _ => {}
@@ -362,9 +360,13 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
         let recording = log::read_from(&file.0.borrow()[..]).unwrap();
         assert!(recording.refusals.is_empty(), "{}", recording.refusals);
         // Which image it was, and, in the second part, how it died.
-        let count = |is: fn(&Event) -> bool| recording.events.iter().filter(|it| is(it)).count();
-        assert_eq!(count(|event| matches!(event, Event::Boot(_))), 1);
-        assert_eq!(count(|event| matches!(event, Event::PostMortem(_))), place);
+        let count =
+            |is: fn(&Message) -> bool| recording.messages.iter().filter(|it| is(it)).count();
+        assert_eq!(count(|event| matches!(event, Message::Boot(_))), 1);
+        assert_eq!(
+            count(|event| matches!(event, Message::PostMortem(_))),
+            place
+        );
         // Without sensors there are ticks, each refused: on the board and again here.
         let config = recording.config.unwrap();
         let outcome = run(&config, &recording.inputs, |_| ()).unwrap();
@@ -405,7 +407,7 @@ fn f58_the_third_death_in_ten_seconds_ends_in_the_safe_mode() {
     assert_eq!(modes, [Mode::Normal, Mode::Normal, Mode::SafeAfterDeaths]);
     // It talks: greetings are answered, statuses come, and all else is refused.
     bench.board.greet().unwrap();
-    let config = amiro_ipf::config::Config::default();
+    let config = amiro_ipf::node::Config::default();
     let mut refused = None;
     drive(
         &mut bench.board,
@@ -415,7 +417,7 @@ fn f58_the_third_death_in_ten_seconds_ends_in_the_safe_mode() {
     )
     .unwrap();
     assert_eq!(refused, Some(Fault::SafeMode));
-    let status = bench.board.next_event();
+    let status = bench.board.next_message();
     assert!(status.is_ok(), "{status:?}");
 }
 
@@ -427,8 +429,8 @@ fn flipped(image: &Image, byte: usize) -> Option<Supervision> {
     };
     let mut board = Board::in_qemu(image, &options).unwrap();
     loop {
-        match board.next_event() {
-            Ok(Event::Supervision(supervision)) => return Some(supervision),
+        match board.next_message() {
+            Ok(Message::Supervision(supervision)) => return Some(supervision),
             Ok(_) => {}
             Err(LinkError::Silent | LinkError::Gone) => return None,
             Err(error) => unreachable!("{error}"),
@@ -458,7 +460,7 @@ fn a_second_s_supervision_tells_how_much_stack_was_never_used() {
     };
     let room = bench.image.stack_room() as u32;
     loop {
-        if let Event::Supervision(supervision) = bench.board.next_event().unwrap()
+        if let Message::Supervision(supervision) = bench.board.next_message().unwrap()
             && supervision.stack_unused > 0
         {
             // Two fifths of the stack stay unused at least; the guard takes up to 2 KiB.

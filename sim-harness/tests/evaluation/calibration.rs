@@ -2,13 +2,11 @@
 
 use std::fmt::Write as _;
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
+use amiro_ipf::model::{Photometry, SENSORS, Sample};
+use amiro_ipf::node::{Config, Event, Input};
 use amiro_ipf::random::{Generator, standard_normal_pair};
-use amiro_ipf::sensor::{Photometry, SENSORS, Sample};
 use sim_harness::calibration::{Fit, Fixed, Origin, Parameter, Table, fit};
 use sim_harness::run;
 

@@ -1,7 +1,7 @@
 //! Comparisons of whole drives, and maps that must not pass for good ones.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::{FilterParameters, Profile};
+use amiro_ipf::node::Config;
 use sim_harness::drive::Record;
 use sim_harness::evaluation::{Claims, Comparison, Metric, Over, Scores, Truth, json};
 use sim_harness::geometry::Pose2;

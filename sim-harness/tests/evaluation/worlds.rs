@@ -1,13 +1,11 @@
 //! Simulated worlds that differ from the filter's model, through the public door.
 
 use amiro_ipf::checksum::CRC;
-use amiro_ipf::config::Config;
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Angle;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample};
-use amiro_ipf::wire::Truth;
+use amiro_ipf::link::Truth;
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::{Config, Event, Input};
 use sim_harness::log::{RecordingWriter, read_from};
 use sim_harness::run;
 use sim_harness::world::{Drive, Odometry, Options, Scenario, Simulation, simulate_with};

@@ -1,7 +1,7 @@
 //! Whole drives past a block: simulated, filtered, mapped, scored.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 use sim_harness::drive::Record;
 use sim_harness::evaluation::{Scores, Truth};
 use sim_harness::mapping::{CountingMapper, Mapper};

@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::SensorMask;
+use amiro_ipf::model::SensorMask;
+use amiro_ipf::node::Config;
 use sim_harness::evaluation::{Surroundings, WallReport};
 use sim_harness::mapping::Occupancy;
 use sim_harness::{Survey, log, run};

@@ -1,8 +1,7 @@
 //! A robot that stands: the filter stays off, or it finds walls in the noise.
 
-use amiro_ipf::config::{Config, StepRule};
 use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::{Config, Input, StepRule};
 use sim_harness::drive::Record;
 use sim_harness::geometry::Pose2;
 use sim_harness::mapping::{CountingMapper, Map, Mapper};

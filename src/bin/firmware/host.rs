@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::ParticleSet;
-use amiro_ipf::wire::MAX_FRAME;
+use amiro_ipf::link::MAX_FRAME;
+use amiro_ipf::node::Config;
 
 use amiro_ipf::board::budget::{
     CAPACITY, INPUT_ROOM, RECEIVE_QUEUE, REPORT_QUEUE, RESERVE, SEND_QUEUE,

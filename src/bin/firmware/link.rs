@@ -5,8 +5,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use amiro_ipf::link::{MAX_FRAME, Priority};
 use amiro_ipf::supervision::Task;
-use amiro_ipf::wire::{Importance, MAX_FRAME};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 
@@ -172,10 +172,10 @@ impl Outbox {
     /// Queues a frame, or drops it and counts it.
     ///
     /// Details leave a reserve for everything else; nothing ever waits.
-    pub(crate) fn send(&mut self, frame: &[u8], importance: Importance) {
+    pub(crate) fn send(&mut self, frame: &[u8], importance: Priority) {
         let reserve = match importance {
-            Importance::Detail => RESERVE,
-            Importance::Essential => 0,
+            Priority::BestEffort => RESERVE,
+            Priority::Reliable => 0,
         };
         let queued = self.room() > reserve
             && Waiting::of(frame).is_some_and(|frame| self.to_send.enqueue(frame).is_ok());

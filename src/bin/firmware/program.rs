@@ -1,12 +1,9 @@
 //! What `think` does: beats and received bytes in, frames out.
 
-use amiro_ipf::config::{Config, Source};
-use amiro_ipf::event::{BoardStatus, Event, Status};
 use amiro_ipf::filter::ParticleSet;
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
+use amiro_ipf::link::{BoardStatus, DeviceEndpoint, Message};
+use amiro_ipf::node::{Config, Input, Node, Source};
 use amiro_ipf::supervision::{LoadGuard, Mode, Supervision, Task};
-use amiro_ipf::wire::Terminal;
 
 use crate::board::{self, Introduction, Loader};
 use crate::clock::{BEATS, CycleCounter, uptime_ms};
@@ -23,7 +20,7 @@ const STEP_BUDGET_US: u64 = 100_000;
 
 /// The portable program between its queues.
 pub(crate) struct Program {
-    terminal: Terminal<'static, CAPACITY>,
+    terminal: DeviceEndpoint<'static, CAPACITY>,
     reported: Reported,
     inbox: Inbox,
     outbox: Outbox,
@@ -54,7 +51,7 @@ impl Program {
             loader,
         } = introduction;
         let mut program = Self {
-            terminal: Terminal::new(Node::new(particles), boot, boot_id),
+            terminal: DeviceEndpoint::new(Node::new(particles), boot, boot_id),
             reported,
             inbox,
             outbox,
@@ -72,9 +69,9 @@ impl Program {
         } = &mut program;
         terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
         if let Some(post_mortem) = post_mortem {
-            program.tell(&Event::PostMortem(post_mortem));
+            program.publish(&Message::PostMortem(post_mortem));
         }
-        program.tell(&Event::Supervision(supervision));
+        program.publish(&Message::Supervision(supervision));
         if supervision.mode == Mode::Normal {
             program.inject(&Input::Configure(Config {
                 seed,
@@ -87,9 +84,9 @@ impl Program {
         program
     }
 
-    fn tell(&mut self, event: &Event) {
+    fn publish(&mut self, message: &Message) {
         let outbox = &mut self.outbox;
-        self.terminal.tell(event, &mut |frame, importance| {
+        self.terminal.publish(message, &mut |frame, importance| {
             outbox.send(frame, importance)
         });
     }
@@ -124,8 +121,8 @@ impl Program {
         };
         match report {
             Report::Input(input) => self.inject(&input),
-            Report::Health(health) => self.tell(&Event::Health(health)),
-            Report::Offsets(offsets) => self.tell(&Event::Offsets(offsets)),
+            Report::Health(health) => self.publish(&Message::Health(health)),
+            Report::Offsets(offsets) => self.publish(&Message::Offsets(offsets)),
         }
         true
     }
@@ -148,12 +145,8 @@ impl Program {
         self.status.dropped_frames = self.outbox.dropped();
         self.status.broken_frames = self.terminal.broken_frames();
         self.status.lost_bytes = self.inbox.lost();
-        let status = Status {
-            node: *self.terminal.node().status(),
-            board: self.status,
-        };
         let outbox = &mut self.outbox;
-        self.terminal.report(status, &mut |frame, importance| {
+        self.terminal.report(self.status, &mut |frame, importance| {
             outbox.send(frame, importance)
         });
     }
@@ -169,11 +162,11 @@ impl Program {
             }
         } else if is_shutdown_wanted() {
             self.supervision.mode = Mode::ShuttingDown;
-            self.tell(&Event::Supervision(self.supervision));
+            self.publish(&Message::Supervision(self.supervision));
         }
         if self.beats.is_multiple_of(SUPERVISED_EVERY) {
             self.supervision.stack_unused = board::unused_stack();
-            self.tell(&Event::Supervision(self.supervision));
+            self.publish(&Message::Supervision(self.supervision));
         }
     }
 
@@ -226,7 +219,7 @@ impl Program {
     /// Does some work and, if it stepped the filter, notes how long that took.
     fn timed<T>(
         &mut self,
-        work: impl FnOnce(&mut Terminal<'static, CAPACITY>, &mut Outbox) -> T,
+        work: impl FnOnce(&mut DeviceEndpoint<'static, CAPACITY>, &mut Outbox) -> T,
     ) -> T {
         let start = self.cycles.now();
         let result = work(&mut self.terminal, &mut self.outbox);

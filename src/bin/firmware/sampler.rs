@@ -4,10 +4,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use amiro_ipf::can::CanState;
 use amiro_ipf::driver::Bus;
-use amiro_ipf::event::OffsetReport;
-use amiro_ipf::health::{BusHealth, BusState, CanHealth, Health};
-use amiro_ipf::input::Input;
-use amiro_ipf::seed::SeedSource;
+use amiro_ipf::link::{BusHealth, BusState, CanHealth, Health, OffsetReport};
+use amiro_ipf::node::{Input, SeedSource};
 use amiro_ipf::senses::{Heard, Senses};
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;

@@ -5,8 +5,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use amiro_ipf::driver::Bus;
-use amiro_ipf::input::Input;
-use amiro_ipf::seed::SeedSource;
+use amiro_ipf::node::{Input, SeedSource};
 use cortex_m::peripheral::{SCB, SYST};
 use rtic_monotonics::systick::prelude::*;
 use stm32f4xx_hal::pac::Peripherals;
@@ -172,7 +171,7 @@ fn main() -> ! {
                 rounds += 1;
                 delivered += samples
                     .iter()
-                    .filter(|sample| matches!(sample, amiro_ipf::sensor::Sample::Counts(_)))
+                    .filter(|sample| matches!(sample, amiro_ipf::model::Sample::Counts(_)))
                     .count() as u32;
             }
         }

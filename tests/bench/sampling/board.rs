@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
-use amiro_ipf::seed::SeedSource;
+use amiro_ipf::node::SeedSource;
 use stm32f4xx_hal::gpio::{Input, PC13};
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::rcc::Rcc;

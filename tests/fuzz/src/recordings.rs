@@ -1,6 +1,6 @@
 //! Any bytes as a recording, of either format.
 
-use amiro_ipf::input::Input;
+use amiro_ipf::node::Input;
 use sim_harness::log::{Format, Recording, read_from};
 
 use crate::framing::{Script, frame_around};
@@ -37,7 +37,7 @@ fn check_file(file: &[u8]) {
 /// What the reader promises of a recording.
 fn assert_is_orderly(recording: &Recording, bytes: usize) {
     // A row of text is two inputs and eleven numbers long, a frame one and 9 bytes.
-    let entries = recording.inputs.len() + recording.events.len();
+    let entries = recording.inputs.len() + recording.messages.len();
     assert!(entries <= bytes, "{entries} entries of {bytes} bytes");
     assert!(recording.segments <= entries);
     // Each kind has stamps of its own; and each sender, of which a stream has two.

@@ -1,7 +1,7 @@
 //! Any text as a scenario file.
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::input::Input;
+use amiro_ipf::node::Input;
 use sim_harness::world::{Scenario, simulate};
 
 use crate::recordings::assert_is_printable;

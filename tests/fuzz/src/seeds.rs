@@ -1,11 +1,10 @@
 //! Where fuzzing begins: the golden frames, a drive, the scenarios, a sound robot.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{Encoder, Outgoing};
+use amiro_ipf::link::{Encoder, Message};
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{Config, Input};
 
 use crate::framing::piece_of;
 use crate::{recordings, terminal};
@@ -107,7 +106,7 @@ fn golden_frames() -> Vec<Vec<u8>> {
 }
 
 /// A drive past a wall, short enough for a fuzzer.
-fn inputs() -> Vec<Input> {
+fn inputs() -> Vec<Message> {
     let config = Config {
         particles_per_sensor: 8,
         ..Config::amiro(Profile::Plus)
@@ -134,10 +133,10 @@ fn inputs() -> Vec<Input> {
     let limit = Input::Limit {
         particles_per_sensor: 3,
     };
-    [Input::Hello, Input::Configure(config)]
+    [Message::Hello, Input::Configure(config).into()]
         .into_iter()
-        .chain(rows)
-        .chain([limit, Input::Calibrate])
+        .chain(rows.map(Message::Input))
+        .chain([limit.into(), Message::Calibrate])
         .collect()
 }
 
@@ -146,7 +145,7 @@ fn link_of(operation: u8) -> Vec<u8> {
     let mut link = Vec::new();
     for input in inputs() {
         let mut room = [0; 128];
-        if let Ok(payload) = postcard::to_slice(&Outgoing::Input(&input), &mut room) {
+        if let Ok(payload) = postcard::to_slice(&input, &mut room) {
             link.push(operation);
             link.extend(piece_of(payload));
         }
@@ -159,7 +158,7 @@ fn stream() -> Vec<Vec<u8>> {
     let mut encoder = Encoder::new(0xa5);
     inputs()
         .iter()
-        .map(|input| encoder.encode(Outgoing::Input(input)).to_vec())
+        .map(|input| encoder.encode(input).to_vec())
         .collect()
 }
 

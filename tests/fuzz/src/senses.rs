@@ -2,9 +2,9 @@
 
 use amiro_ipf::can::{Frame, Identifier, StandardId};
 use amiro_ipf::driver::{Bus, BusFault, Transaction};
-use amiro_ipf::input::Input;
+use amiro_ipf::model::{SENSORS, Sample};
+use amiro_ipf::node::Input;
 use amiro_ipf::senses::{BUSES, Heard, ROUND_US, Senses};
-use amiro_ipf::sensor::{SENSORS, Sample};
 use sim_harness::bus::RobotBuses;
 
 use crate::framing::Script;

@@ -1,15 +1,12 @@
 //! A stream of frames and bytes into a board's end of a link.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::{BATCH, Boot, ClockSource, Event};
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::node::Node;
-use amiro_ipf::sensor::Sample;
-use amiro_ipf::wire::{
-    Encoder, Frame, MAX_FRAME, Message, Outgoing, Terminal, WINDOW, WIRE_VERSION,
+use amiro_ipf::link::{
+    Boot, ClockSource, DeviceEndpoint, Encoder, Frame, MAX_FRAME, Message, WINDOW, WIRE_VERSION,
 };
+use amiro_ipf::model::Sample;
+use amiro_ipf::node::{BATCH, Config, Event, Input, Node};
 
 use crate::framing::{Script, frame_around};
 
@@ -36,7 +33,7 @@ pub const OWN: u8 = 2;
 /// Runs the operations that the bytes say; afterwards the board still steps.
 pub fn check(bytes: &[u8]) {
     let mut particles = ParticleSet::<N>::new();
-    let mut terminal = Terminal::new(Node::new(&mut particles), BOOT, 1);
+    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), BOOT, 1);
     let mut script = Script(bytes);
     let mut sequence = 0_u16;
     while !script.is_over() {
@@ -66,7 +63,7 @@ const BOOT: Boot = Boot {
     core_hz: 0,
 };
 
-fn receive(terminal: &mut Terminal<'_, N>, bytes: &[u8]) {
+fn receive(terminal: &mut DeviceEndpoint<'_, N>, bytes: &[u8]) {
     for byte in bytes {
         let mut frames = 0;
         terminal.receive(*byte, &mut |frame, _| {
@@ -77,7 +74,7 @@ fn receive(terminal: &mut Terminal<'_, N>, bytes: &[u8]) {
     }
 }
 
-fn inject(terminal: &mut Terminal<'_, N>, payload: &[u8]) {
+fn inject(terminal: &mut DeviceEndpoint<'_, N>, payload: &[u8]) {
     let Ok(Message::Input(input)) = postcard::from_bytes(payload) else {
         return;
     };
@@ -97,7 +94,7 @@ fn assert_is_sent_whole(frame: &[u8]) {
     );
 }
 
-fn assert_particles_are_near(terminal: &Terminal<'_, N>) {
+fn assert_particles_are_near(terminal: &DeviceEndpoint<'_, N>) {
     let node = terminal.node();
     let radius_m = node.config().parameters.local_radius_m;
     for (place, steps) in node.filter().live() {
@@ -113,24 +110,24 @@ fn assert_particles_are_near(terminal: &Terminal<'_, N>) {
 }
 
 /// A new session after anything: two steps, nothing refused.
-fn assert_still_steps(terminal: &mut Terminal<'_, N>) {
+fn assert_still_steps(terminal: &mut DeviceEndpoint<'_, N>) {
     receive(terminal, &[0]);
     let config = Config {
         particles_per_sensor: 4,
         ..Config::amiro(Profile::Plus)
     };
     let mut encoder = Encoder::new(0xa5);
-    let mut inputs = vec![Input::Hello, Input::Configure(config)];
+    let mut inputs = vec![Message::Hello, Input::Configure(config).into()];
     for (stamp_us, x) in [(0, 0.0), (1_000_000, 0.05)] {
         let pose = Pose::new(x, 0.0, 0.0);
         let samples = [Sample::Counts(100); 8];
-        inputs.push(Input::Odometry { stamp_us, pose });
-        inputs.push(Input::Proximity { stamp_us, samples });
+        inputs.push(Input::Odometry { stamp_us, pose }.into());
+        inputs.push(Input::Proximity { stamp_us, samples }.into());
     }
     let refused = terminal.node().status().refused;
     let mut steps = 0;
     for input in inputs {
-        for byte in encoder.encode(Outgoing::Input(&input)).to_vec() {
+        for byte in encoder.encode(&input).to_vec() {
             terminal.receive(byte, &mut |frame, _| {
                 let mut inside = frame[..frame.len() - 1].to_vec();
                 let said = Frame::decode(&mut inside).unwrap();

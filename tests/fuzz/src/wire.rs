@@ -1,6 +1,6 @@
 //! Any bytes through the decoder.
 
-use amiro_ipf::wire::{Decoder, Frame, MAX_FRAME, Message, Received};
+use amiro_ipf::link::{Decoder, Frame, MAX_FRAME, Message, Received};
 
 use crate::framing::frame_around;
 
@@ -59,7 +59,7 @@ fn assert_is_written_one_way(frame: &Frame) {
     );
     let twice = postcard::to_slice(&again.message, &mut twice).unwrap();
     assert_eq!(once, twice, "{:?}", frame.message);
-    if let Message::Event(amiro_ipf::event::Event::Particles(particles)) = &frame.message {
+    if let Message::Event(amiro_ipf::node::Event::Particles(particles)) = &frame.message {
         for event in &particles.outcomes {
             let place = event.position();
             assert!(place.x.abs() <= 0.512 && place.y.abs() <= 0.512);

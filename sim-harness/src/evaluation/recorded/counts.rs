@@ -1,7 +1,7 @@
 //! Counts that the simulator expects of the stations, against those recorded there.
 
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 use amiro_ipf::random::Generator;
-use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample};
 use serde::Serialize;
 
 use super::RecordedError;

@@ -22,7 +22,7 @@ mod walls;
 
 use std::path::Path;
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
 use self::counts::{Comparison, alpha_under, matched_alpha, simulated};

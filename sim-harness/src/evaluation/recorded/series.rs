@@ -9,8 +9,8 @@
 use std::path::Path;
 
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::input::Input;
-use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
+use amiro_ipf::model::{SENSORS, Sample, SensorMask};
+use amiro_ipf::node::Input;
 
 use super::RecordedError;
 use crate::log;

@@ -1,8 +1,8 @@
 //! Maps of the stepped series against the walls that stood there.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
+use amiro_ipf::node::Config;
 use serde::Serialize;
 
 use super::RecordedError;

@@ -6,7 +6,7 @@ use crate::geometry::Pose2;
 use crate::mapping::Occupancy;
 use crate::rig::Mount;
 use crate::sensors::{Cone, Infrared, Scanner, Sensor};
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 const STANDARD: InverseSensorParameters = InverseSensorParameters::STANDARD;
 const RANGE: InverseSensorParameters = InverseSensorParameters::RANGE;

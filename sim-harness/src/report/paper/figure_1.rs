@@ -1,6 +1,6 @@
 //! Figure 1: where the object of a reading may be.
 
-use amiro_ipf::sensor::Photometry;
+use amiro_ipf::model::Photometry;
 
 use super::one_sensor::arc_mm;
 use super::page_section::{PageSection, PageTable, Panel};
@@ -52,7 +52,7 @@ fn table(law: &Photometry) -> PageTable {
     let ranges_mm = [20_u8, 50, 80, 100, 120, 150, 200].into_iter();
     let rows = ranges_mm.filter_map(|range_mm| {
         let counts = law.counts(1e-3 * f32::from(range_mm), 0.0)?;
-        let echo = law.echo(counts)?;
+        let echo = law.range_estimate(counts)?;
         Some(vec![
             format!("{range_mm}"),
             format!("{counts:.1}"),

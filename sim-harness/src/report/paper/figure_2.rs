@@ -1,7 +1,7 @@
 //! Figure 2: the inverse sensor model of one reading.
 
-use amiro_ipf::event::Event;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Event;
 
 use super::one_sensor;
 use super::page_section::{PageSection, Panel};

@@ -1,10 +1,9 @@
 //! One sensor that looks straight ahead, at the origin of the figures.
 
-use amiro_ipf::config::Config;
-use amiro_ipf::event::StepBegun;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
-use amiro_ipf::sensor::{Photometry, Ring, SENSORS, Sample, SensorMask};
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample, SensorMask};
+use amiro_ipf::node::{Config, StepBegun};
 
 /// Bearings between the middle and an end of an arc: half a degree apart.
 const STEPS_PER_SIDE: i16 = 120;

@@ -1,7 +1,7 @@
 //! A drive through one of the paper's scenarios, mapped by several methods.
 
-use amiro_ipf::config::Config;
 use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 
 use super::FigureError;
 use crate::drive::Record;

@@ -1,9 +1,9 @@
 //! Two steps of the filter towards an object, with every particle on record.
 
-use amiro_ipf::event::{BATCH, Event, ParticleEvent, Particles, StepBegun};
 use amiro_ipf::filter::{InverseParticleFilter, Outcome, ParticleSet, Profile};
 use amiro_ipf::geometry::Point;
-use amiro_ipf::sensor::Ring;
+use amiro_ipf::model::Ring;
+use amiro_ipf::node::{BATCH, Event, ParticleEvent, Particles, StepBegun};
 
 use super::one_sensor;
 
@@ -83,7 +83,7 @@ pub(super) fn take(profile: Profile, seed: u64) -> Vec<Step> {
         steps.push(Step {
             travelled_m,
             survived: of([Outcome::SurvivedPastGate, Outcome::SurvivedBelowGate]),
-            rejected: of([Outcome::RejectedFree, Outcome::RejectedBehind]),
+            rejected: of([Outcome::RejectedFree, Outcome::RejectedUnobserved]),
             drawn: filter
                 .live()
                 .filter(|(_, age)| *age == 0)

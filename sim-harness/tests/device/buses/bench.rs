@@ -2,9 +2,9 @@
 
 use amiro_ipf::driver::branch::ROUND_PERIOD_US;
 use amiro_ipf::driver::{Branch, ProximityRing, SensorState, Transaction};
+use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::senses::BUSES;
-use amiro_ipf::sensor::{SENSORS, Sample};
 use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
 
 /// Rounds after which sound sensors have earned trust: one configures, ten readings,

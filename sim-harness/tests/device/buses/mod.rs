@@ -7,8 +7,8 @@ mod drivers;
 mod rounds;
 
 use amiro_ipf::driver::{Bus, SensorFault as Known, SensorState};
+use amiro_ipf::model::{Photometry, Reading, SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
-use amiro_ipf::sensor::{Photometry, Reading, SENSORS, Sample};
 use bench::Bench;
 use embedded_hal::i2c::I2c;
 use sim_harness::bus::{FakeBus, Fault, MuxFault, Random, SensorFault, Vcnl4020Model};

@@ -2,8 +2,8 @@
 
 use amiro_ipf::driver::branch::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
 use amiro_ipf::driver::{AMIRO_PLACES, Bus, ProximityRing, SensorState};
+use amiro_ipf::model::{SENSORS, Sample, SensorMask};
 use amiro_ipf::senses::BUSES;
-use amiro_ipf::sensor::{SENSORS, Sample, SensorMask};
 use sim_harness::bus::{Fault, MuxFault, SensorFault};
 
 use super::at_every_byte;

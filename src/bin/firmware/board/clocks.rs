@@ -1,6 +1,6 @@
 //! The core's clock: crystal and PLL, or as near as the board can.
 
-use amiro_ipf::event::ClockSource;
+use amiro_ipf::link::ClockSource;
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};

@@ -13,10 +13,10 @@ mod robot_lines;
 mod stack;
 
 use amiro_ipf::BUILD_ID;
-use amiro_ipf::event::{Boot, ClockSource};
-use amiro_ipf::seed::{SeedSource, from_unique_number, from_words};
+use amiro_ipf::link::{Boot, ClockSource, WINDOW, WIRE_VERSION};
+use amiro_ipf::node::SeedSource;
+use amiro_ipf::node::seed::{from_unique_number, from_words};
 use amiro_ipf::supervision::{ImageCheck, Mode, PostMortem, ResetCause, Supervision};
-use amiro_ipf::wire::{WINDOW, WIRE_VERSION};
 use stm32f4xx_hal::gpio::alt::can1;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB12, PinState};
 use stm32f4xx_hal::pac::{I2C1, I2C2, PWR, Peripherals, RNG, USART1, USART2};

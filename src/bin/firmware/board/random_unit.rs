@@ -1,6 +1,6 @@
 //! What tells one start from another: the random number unit, the chip's number.
 
-use amiro_ipf::seed::WORDS;
+use amiro_ipf::node::seed::WORDS;
 use stm32f4xx_hal::pac::RNG;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::signature::Uid;

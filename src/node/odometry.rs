@@ -5,9 +5,9 @@
 //! pose at a reading's stamp is interpolated between two odometry poses or predicted
 //! beyond the last.
 
-use crate::fault::Fault;
 use crate::geometry::{Motion, Pose};
-use crate::kinematics::{DifferentialDrive, WheelSpeeds};
+use crate::model::{DifferentialDrive, WheelSpeeds};
+use crate::node::Fault;
 
 /// Odometry older than this at a reading's stamp is stale: three periods of the
 /// AMiRo's 63 ms, rounded up.
@@ -63,10 +63,10 @@ impl Stamped {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuity {
     /// The robot drove there.
-    Continues,
+    Continuous,
     /// Nobody knows how the robot got there: the odometry was silent for more than
     /// [`MAX_GAP_US`], or insists on another origin.
-    BreaksOff,
+    Reset,
 }
 
 impl Odometry {
@@ -122,23 +122,23 @@ impl Odometry {
     fn push(&mut self, next: Stamped) -> Result<Continuity, Fault> {
         let Some(last) = self.last else {
             self.last = Some(next);
-            return Ok(Continuity::Continues);
+            return Ok(Continuity::Continuous);
         };
         if next.stamp_us < last.stamp_us {
             return Err(Fault::StampBackward);
         }
         if next.stamp_us == last.stamp_us {
-            return Ok(Continuity::Continues);
+            return Ok(Continuity::Continuous);
         }
         if next.stamp_us - last.stamp_us > MAX_GAP_US {
             self.begin_at(next);
-            return Ok(Continuity::BreaksOff);
+            return Ok(Continuity::Reset);
         }
         if last.reaches(&next) {
             self.before = self.last;
             self.last = Some(next);
             self.suspect = None;
-            return Ok(Continuity::Continues);
+            return Ok(Continuity::Continuous);
         }
         let agreeing = match self.suspect {
             Some((suspect, agreeing)) if suspect.reaches(&next) => agreeing + 1,
@@ -149,7 +149,7 @@ impl Odometry {
             return Err(Fault::Implausible);
         }
         self.begin_at(next);
-        Ok(Continuity::BreaksOff)
+        Ok(Continuity::Reset)
     }
 
     /// Forgets how the robot got where it is.
@@ -288,7 +288,7 @@ mod tests {
         let mut odometry = Odometry::default();
         odometry.take_wheels(&DRIVE, 1_000_000, ahead).unwrap();
         let continuity = odometry.take_wheels(&DRIVE, 1_100_000, ahead);
-        assert_eq!(continuity, Ok(Continuity::Continues));
+        assert_eq!(continuity, Ok(Continuity::Continuous));
         let pose = odometry.pose_at(&DRIVE, 1_100_000).unwrap();
         assert!((pose.position.x - 0.008).abs() < 1e-7, "{pose:?}");
     }
@@ -369,7 +369,7 @@ mod tests {
             );
         }
         let good = odometry.take_pose(1_210_000, Pose::new(0.012, 0.0, 0.0));
-        assert_eq!(good, Ok(Continuity::Continues));
+        assert_eq!(good, Ok(Continuity::Continuous));
     }
 
     #[test]
@@ -392,8 +392,8 @@ mod tests {
             [
                 Err(Fault::Implausible),
                 Err(Fault::Implausible),
-                Ok(Continuity::BreaksOff),
-                Ok(Continuity::Continues)
+                Ok(Continuity::Reset),
+                Ok(Continuity::Continuous)
             ]
         );
         // Nothing joins the two origins.
@@ -409,7 +409,7 @@ mod tests {
             let pose = Pose::new(0.5 * update_s, 0.0, 6.0 * update_s);
             assert_eq!(
                 odometry.take_pose(frame * 63_000, pose),
-                Ok(Continuity::Continues),
+                Ok(Continuity::Continuous),
                 "frame {frame}"
             );
         }
@@ -423,7 +423,7 @@ mod tests {
             odometry.take_pose(0, Pose::default()).unwrap();
             assert_eq!(
                 odometry.take_pose(1, Pose::new(metres, 0.0, radians)),
-                Ok(Continuity::Continues),
+                Ok(Continuity::Continuous),
                 "{metres} m, {radians} rad"
             );
         }
@@ -444,7 +444,7 @@ mod tests {
         let nowhere = Pose::new(9.0, 9.0, 3.0);
         assert_eq!(
             odometry.take_pose(1_050_000, nowhere),
-            Ok(Continuity::Continues),
+            Ok(Continuity::Continuous),
             "an equal stamp is a repetition"
         );
         let between = odometry.pose_at(&DRIVE, 1_025_000).unwrap();
@@ -458,8 +458,8 @@ mod tests {
         for (gap_us, expected) in [
             (1, Err(Fault::Implausible)),
             (MAX_GAP_US, Err(Fault::Implausible)),
-            (MAX_GAP_US + 1, Ok(Continuity::BreaksOff)),
-            (u64::MAX - 1_050_000, Ok(Continuity::BreaksOff)),
+            (MAX_GAP_US + 1, Ok(Continuity::Reset)),
+            (u64::MAX - 1_050_000, Ok(Continuity::Reset)),
         ] {
             let mut odometry = straight();
             assert_eq!(odometry.take_pose(1_050_000 + gap_us, nowhere), expected);
@@ -485,7 +485,7 @@ mod tests {
         };
         assert_eq!(
             odometry.take_wheels(&DRIVE, 0, fastest),
-            Ok(Continuity::Continues)
+            Ok(Continuity::Continuous)
         );
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Echo;
+use super::RangeEstimate;
 
 /// What one sensor delivered, before any model is applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,9 +20,9 @@ pub enum Sample {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// A surface on the arc that the echo describes.
-    Range(Echo),
+    Range(RangeEstimate),
     /// No surface up to the range limit; the echo describes that limit.
-    NothingInRange(Echo),
+    NothingInRange(RangeEstimate),
     /// A surface closer than the model can tell.
     TooClose,
     /// Nothing can be said.

@@ -1,4 +1,4 @@
-//! How many frames a link lost, each counted once.
+//! The number of frames that a link lost, each counted once.
 
 use super::Received;
 
@@ -8,18 +8,18 @@ use super::Received;
 /// next good one; a damaged zero byte makes one piece of two frames. Between two good
 /// frames the larger of both numbers counts.
 #[derive(Clone, Debug, Default)]
-pub struct Losses {
+pub struct LossCounter {
     broken: u16,
 }
 
-impl Losses {
+impl LossCounter {
     /// Nothing lost yet.
     #[must_use]
     pub const fn new() -> Self {
         Self { broken: 0 }
     }
 
-    /// Takes what the decoder said next; how many more losses there are now.
+    /// Takes the decoder's next result and returns the number of new losses.
     pub fn take(&mut self, received: &Received) -> u16 {
         match *received {
             Received::Broken(_) => {
@@ -34,8 +34,8 @@ impl Losses {
         }
     }
 
-    /// Takes a frame that begins another session, whose gap says nothing.
-    pub fn start_over(&mut self) {
+    /// Restarts the count at a frame that begins another session, whose gap is no loss.
+    pub fn restart(&mut self) {
         self.broken = 0;
     }
 }
@@ -44,10 +44,9 @@ impl Losses {
 mod tests {
     use super::super::{Frame, FrameError, Message};
     use super::*;
-    use crate::input::Input;
 
     fn good(lost: u16) -> Received {
-        let message = Message::Input(Input::Hello);
+        let message = Message::Hello;
         let frame = Frame {
             boot_id: 0,
             sequence: 0,
@@ -59,7 +58,7 @@ mod tests {
     const BROKEN: Received = Received::Broken(FrameError::BadChecksum);
 
     fn total(stream: &[Received]) -> u16 {
-        let mut losses = Losses::new();
+        let mut losses = LossCounter::new();
         stream.iter().map(|received| losses.take(received)).sum()
     }
 
@@ -84,9 +83,9 @@ mod tests {
 
     #[test]
     fn a_piece_of_another_session_hides_no_gap_of_this_one() {
-        let mut losses = Losses::new();
+        let mut losses = LossCounter::new();
         assert_eq!(losses.take(&BROKEN), 1);
-        losses.start_over();
+        losses.restart();
         assert_eq!(losses.take(&good(1)), 1);
     }
 

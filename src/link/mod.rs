@@ -5,18 +5,23 @@
 //! `tests/link/wire.rs`.
 
 mod decoder;
+mod device_endpoint;
 mod frame;
-mod losses;
+mod health;
+mod loss_counter;
 mod message;
-mod terminal;
+mod report;
+mod wire_format;
 
 pub use decoder::{Decoder, Received};
+pub use device_endpoint::{DeviceEndpoint, Priority};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
-pub use losses::Losses;
-pub use message::{FAULTS_CHUNK, Message, Outgoing, SCENARIO_CHUNK, Truth};
-pub use terminal::{Importance, Terminal};
+pub use health::{BusHealth, BusState, CanHealth, Health, SensorHealth};
+pub use loss_counter::LossCounter;
+pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, Truth};
+pub use report::{BoardStatus, Boot, ClockSource, OffsetReport, Status};
 
-/// Version of the messages; said in every boot event.
+/// Version of the messages, sent in every boot message.
 pub const WIRE_VERSION: u8 = 3;
 
 /// Inputs that a board takes ahead of their answers.

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{FilterParameters, Model, ParameterError, Profile};
-use crate::kinematics::DifferentialDrive;
-use crate::sensor::{Photometry, Ring, SensorMask};
+use crate::model::{DifferentialDrive, Photometry, Ring, SensorMask};
 
 /// When the filter steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +28,7 @@ pub enum StepRule {
 /// Which of a sensor's samples since the step before a step consumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Choice {
+pub enum SampleSelection {
     /// The newest one, if it is not too old.
     Newest,
     /// The median of the last fifteen: up to seven spikes among them change nothing,
@@ -71,7 +70,7 @@ pub struct Config {
     /// The wheels' geometry.
     pub drive: DifferentialDrive,
     /// Which samples a step consumes.
-    pub choice: Choice,
+    pub choice: SampleSelection,
     /// Who reads the sensors and the odometry; nothing to the filter.
     pub source: Source,
 }
@@ -90,7 +89,7 @@ impl Config {
             photometry: Photometry::VCNL4020,
             ring: Ring::AMIRO,
             drive: DifferentialDrive::AMIRO,
-            choice: Choice::Newest,
+            choice: SampleSelection::Newest,
             source: Source::Link,
         }
     }

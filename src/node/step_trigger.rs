@@ -6,11 +6,11 @@
 /// odometry at rest cancels and turning in place counts nothing. What exceeds a step
 /// is carried over: over a long way the mean step is exact whatever the sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pacer {
+pub struct StepTrigger {
     travelled_m: f32,
 }
 
-impl Pacer {
+impl StepTrigger {
     /// Adds a piece of way, metres; whether a step is due at its end.
     ///
     /// At most one step a call: a piece longer than a step gives one step and loses
@@ -28,8 +28,10 @@ mod tests {
     use super::*;
 
     fn steps(pieces: impl Iterator<Item = f32>) -> usize {
-        let mut pacer = Pacer::default();
-        pieces.filter(|&piece| pacer.advance(piece, 0.010)).count()
+        let mut trigger = StepTrigger::default();
+        pieces
+            .filter(|&piece| trigger.advance(piece, 0.010))
+            .count()
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use cobs::{DecodeResult, DecoderState};
 use serde::{Deserialize, Serialize};
 
-use super::{Message, Outgoing};
+use super::{Message, MessageRef};
 use crate::checksum::CRC;
 
 /// The longest frame on the line, its zero byte included.
@@ -53,7 +53,7 @@ pub struct Frame {
     pub boot_id: u8,
     /// Counts the sender's frames, from 0, modulo 65536.
     pub sequence: u16,
-    /// What is said.
+    /// The content.
     pub message: Message,
 }
 
@@ -152,7 +152,7 @@ impl Encoder {
     ///
     /// Empty for a message that does not fit, which no message of this version does;
     /// its number is used up all the same, so that the loss shows.
-    pub fn encode<'m>(&mut self, message: impl Into<Outgoing<'m>>) -> &[u8] {
+    pub fn encode<'m>(&mut self, message: impl Into<MessageRef<'m>>) -> &[u8] {
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
         match self.try_encode(sequence, &message.into()) {
@@ -161,7 +161,7 @@ impl Encoder {
         }
     }
 
-    fn try_encode(&mut self, sequence: u16, message: &Outgoing<'_>) -> Option<usize> {
+    fn try_encode(&mut self, sequence: u16, message: &MessageRef<'_>) -> Option<usize> {
         let mut body = [0; MAX_BODY];
         let [low, high] = sequence.to_le_bytes();
         let (header, rest) = body.split_first_chunk_mut::<HEADER>()?;

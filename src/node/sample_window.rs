@@ -4,8 +4,8 @@
 //! step. The paper's section 5 speaks of supersampling and does not say what is done
 //! with the samples; averaging them costs as much in lag as it gains in noise.
 
-use crate::config::Choice;
-use crate::sensor::{SENSORS, Sample};
+use crate::model::{SENSORS, Sample};
+use crate::node::SampleSelection;
 
 /// Samples older than this when a step consumes them are as if missing: two periods of
 /// 125 Hz.
@@ -16,7 +16,7 @@ pub const WINDOW: usize = 15;
 
 /// The recent samples of the whole ring.
 #[derive(Clone, Copy, Debug)]
-pub struct Sampling {
+pub struct SampleWindow {
     sensors: [Recent; SENSORS],
     newest_us: u64,
 }
@@ -52,11 +52,11 @@ impl Recent {
         }
     }
 
-    fn at(&self, now_us: u64, choice: Choice) -> Sample {
+    fn at(&self, now_us: u64, choice: SampleSelection) -> Sample {
         match self.newest {
             Some((stamp_us, sample)) if now_us.saturating_sub(stamp_us) <= MAX_SAMPLE_AGE_US => {
                 match (choice, sample) {
-                    (Choice::Median, Sample::Counts(newest)) => {
+                    (SampleSelection::Median, Sample::Counts(newest)) => {
                         Sample::Counts(self.median().unwrap_or(newest))
                     }
                     _ => sample,
@@ -76,7 +76,7 @@ impl Recent {
     }
 }
 
-impl Default for Sampling {
+impl Default for SampleWindow {
     fn default() -> Self {
         Self {
             sensors: [Recent::NONE; SENSORS],
@@ -85,7 +85,7 @@ impl Default for Sampling {
     }
 }
 
-impl Sampling {
+impl SampleWindow {
     /// Takes one sample of each sensor. Missing ones leave those before in place.
     pub fn take(&mut self, stamp_us: u64, samples: &[Sample; SENSORS]) {
         self.newest_us = stamp_us;
@@ -99,7 +99,7 @@ impl Sampling {
     /// A sensor whose last sample is more than [`MAX_SAMPLE_AGE_US`] older than the
     /// newest stamp is missing; a saturated one is saturated whatever was before it.
     #[must_use]
-    pub fn chosen(&self, choice: Choice) -> [Sample; SENSORS] {
+    pub fn select(&self, choice: SampleSelection) -> [Sample; SENSORS] {
         self.sensors.map(|recent| recent.at(self.newest_us, choice))
     }
 
@@ -121,19 +121,22 @@ mod tests {
 
     #[test]
     fn the_newest_sample_is_chosen_until_it_is_two_periods_old() {
-        let mut sampling = Sampling::default();
-        assert_eq!(sampling.chosen(Choice::Newest), [Sample::Missing; SENSORS]);
-        sampling.take(0, &counts(7));
-        sampling.take(8_000, &counts(9));
+        let mut window = SampleWindow::default();
+        assert_eq!(
+            window.select(SampleSelection::Newest),
+            [Sample::Missing; SENSORS]
+        );
+        window.take(0, &counts(7));
+        window.take(8_000, &counts(9));
         for (stamp_us, expected) in [
             (16_000, Sample::Counts(9)),
             (24_000, Sample::Counts(9)),
             (24_001, Sample::Missing),
         ] {
-            sampling.take(stamp_us, &[Sample::Missing; SENSORS]);
-            assert_eq!(sampling.chosen(Choice::Newest), [expected; SENSORS]);
+            window.take(stamp_us, &[Sample::Missing; SENSORS]);
+            assert_eq!(window.select(SampleSelection::Newest), [expected; SENSORS]);
             assert_eq!(
-                sampling.chosen(Choice::Median)[3] == Sample::Missing,
+                window.select(SampleSelection::Median)[3] == Sample::Missing,
                 expected == Sample::Missing
             );
         }
@@ -144,7 +147,7 @@ mod tests {
         // One to three spikes of any size, at any place among the fifteen.
         for spikes in 1..=3 {
             for place in 0..WINDOW - spikes {
-                let mut sampling = Sampling::default();
+                let mut window = SampleWindow::default();
                 for sample in 0..WINDOW {
                     let is_spike = (place..place + spikes).contains(&sample);
                     // A wall that the robot passes, one count a sample.
@@ -153,9 +156,9 @@ mod tests {
                     } else {
                         100 + sample as i32
                     };
-                    sampling.take(sample as u64 * 8_000, &counts(value));
+                    window.take(sample as u64 * 8_000, &counts(value));
                 }
-                let [Sample::Counts(median), ..] = sampling.chosen(Choice::Median) else {
+                let [Sample::Counts(median), ..] = window.select(SampleSelection::Median) else {
                     panic!("no counts");
                 };
                 // 107 without spikes; each takes a value from one side of the middle, so
@@ -168,17 +171,17 @@ mod tests {
 
     #[test]
     fn a_step_begins_a_new_window_and_the_newest_stays() {
-        let mut sampling = Sampling::default();
+        let mut window = SampleWindow::default();
         for sample in 0..20 {
-            sampling.take(sample * 8_000, &counts(50));
+            window.take(sample * 8_000, &counts(50));
         }
-        sampling.begin_window();
-        assert_eq!(sampling.chosen(Choice::Median), counts(50));
-        sampling.take(160_000, &counts(80));
-        assert_eq!(sampling.chosen(Choice::Median), counts(80));
-        sampling.take(168_000, &counts(90));
+        window.begin_window();
+        assert_eq!(window.select(SampleSelection::Median), counts(50));
+        window.take(160_000, &counts(80));
+        assert_eq!(window.select(SampleSelection::Median), counts(80));
+        window.take(168_000, &counts(90));
         assert_eq!(
-            sampling.chosen(Choice::Median),
+            window.select(SampleSelection::Median),
             counts(80),
             "the lower of two"
         );
@@ -186,11 +189,11 @@ mod tests {
 
     #[test]
     fn a_saturated_sensor_is_saturated_whatever_its_median() {
-        let mut sampling = Sampling::default();
-        sampling.take(0, &counts(50));
-        sampling.take(8_000, &[Sample::Saturated; SENSORS]);
+        let mut window = SampleWindow::default();
+        window.take(0, &counts(50));
+        window.take(8_000, &[Sample::Saturated; SENSORS]);
         assert_eq!(
-            sampling.chosen(Choice::Median),
+            window.select(SampleSelection::Median),
             [Sample::Saturated; SENSORS]
         );
     }

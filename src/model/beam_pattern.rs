@@ -13,7 +13,7 @@ const PIECES: usize = 64;
 
 /// The lobe of one kind of sensor between its axis and its largest bearing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lobe {
+pub struct BeamPattern {
     /// S at equally spaced cosines, from the axis outward.
     table: [f32; PIECES + 1],
     last: f32,
@@ -21,7 +21,7 @@ pub struct Lobe {
     tangent_max: f32,
 }
 
-impl Lobe {
+impl BeamPattern {
     /// Tabulates the lobe of `photometry`; about 30 000 instructions, once a run.
     ///
     /// Error of [`at`](Self::at) below 2e-4 for 1 <= xi <= 1.4 up to 60 degrees.
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn table_keeps_its_bound() {
         for xi in [1.0_f32, 1.12, 1.236_518_5, 1.4] {
-            let lobe = Lobe::of(&Photometry {
+            let lobe = BeamPattern::of(&Photometry {
                 xi,
                 ..Photometry::VCNL4020
             });
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn cosines_outside_the_table_stay_inside_the_lobe() {
-        let lobe = Lobe::of(&Photometry::VCNL4020);
+        let lobe = BeamPattern::of(&Photometry::VCNL4020);
         assert!((lobe.at(1.000_000_2) - 1.0).abs() < 1e-6);
         assert!((lobe.at(0.0) - lobe.at(0.5)).abs() < 1e-6);
         assert!((lobe.tangent_max() - crate::math::sqrt(3.0)).abs() < 1e-5);

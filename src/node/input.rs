@@ -1,26 +1,21 @@
-//! What the core is told: a configuration, readings, odometry, ticks.
+//! What the node takes: a configuration, readings, odometry, ticks.
 
-use serde::{Deserialize, Serialize};
-
-use crate::config::Config;
+use super::Config;
 use crate::geometry::Pose;
-use crate::kinematics::WheelSpeeds;
-use crate::sensor::{SENSORS, Sample};
+use crate::model::{SENSORS, Sample, WheelSpeeds};
 
-/// One input of the node. Variants are appended, never reordered: they go over the wire.
+/// One input of the node.
 ///
-/// Stamps are microseconds of the sender's clock. Readings and odometry each carry
+/// Stamps are microseconds of the sender's clock. Readings and odometry each have
 /// their own; within a kind they never decrease.
 ///
 /// Any 64-bit number is a legal stamp. Arithmetic on stamps, here and in the harness,
 /// saturates: a difference is 0 where the second stamp is the earlier one, and a sum
-/// stops at [`u64::MAX`]. Neither wraps and neither panics.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// stops at [`u64::MAX`]. It neither wraps nor panics.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Input {
-    /// Who are you? Answered with a boot event.
-    Hello,
-    /// Start over with this configuration.
+    /// Starts a run with this configuration.
     Configure(Config),
     /// One sample of each sensor.
     Proximity {
@@ -43,18 +38,15 @@ pub enum Input {
         /// Speeds over ground.
         speeds: WheelSpeeds,
     },
-    /// Time for a step under [`StepRule::PerTick`](crate::config::StepRule::PerTick).
+    /// Time for a step under [`StepRule::PerTick`](super::StepRule::PerTick).
     Tick {
         /// When.
         stamp_us: u64,
     },
-    /// Measure the sensors' offsets anew, with nothing near the robot. The board's to
-    /// do: the node takes no notice.
-    Calibrate,
-    /// Go on with fewer particles for each sensor, until the next configuration: what
-    /// a board decides whose steps take too long.
+    /// Lowers the number of particles per sensor until the next configuration. A board
+    /// sends it to its node when steps take too long.
     Limit {
-        /// How many; more than are configured changes nothing.
+        /// The new number; a number above the configured one changes nothing.
         particles_per_sensor: u16,
     },
 }

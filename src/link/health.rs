@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::can::CanState;
 use crate::driver::{OffsetOrigin, SensorState};
-use crate::seed::SeedSource;
-use crate::sensor::SENSORS;
+use crate::model::SENSORS;
+use crate::node::SeedSource;
 
 /// How the board's parts are, at 8 Hz beside the status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,93 +1,34 @@
-//! What the core says: configurations taken, steps, particle outcomes, status, faults.
+//! What the node emits: configurations taken, steps, particle outcomes.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::config::Config;
-use crate::driver::{OffsetRefusal, Offsets};
-use crate::fault::Fault;
+use super::Config;
 use crate::filter::Outcome;
 use crate::geometry::{Point, Pose};
-use crate::health::Health;
-use crate::sensor::{SENSORS, Sample};
-use crate::supervision::{PostMortem, Supervision};
+use crate::model::{SENSORS, Sample};
 
 /// Particle events in one batch: as many as fill a frame.
 pub const BATCH: usize = 38;
 
-/// One event. Variants are appended, never reordered: they go over the wire.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One event of the node.
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// Who speaks: first after a reset and in answer to a hello.
-    Boot(Boot),
     /// A configuration was taken; everything before it is forgotten.
     Configured(Config),
     /// A step begins: what it consumes.
     StepBegun(StepBegun),
     /// Outcomes of some of the step's particles, in slot order.
     Particles(Particles),
-    /// The step is done: what it found.
+    /// The step is done: its counts and its digest.
     StepDone(StepDone),
-    /// The input with this sequence number was handled; its events came before.
-    Answer {
-        /// Sequence number of the input's frame.
-        input: u16,
-        /// Why it was refused, if it was.
-        refused: Option<Fault>,
-    },
-    /// How the node and the board are, at 8 Hz.
-    Status(Status),
-    /// The odometry broke off: the particles are forgotten, and what was found before
-    /// and what is found now share no origin.
-    BrokeOff {
-        /// Stamp of the first pose after it.
+    /// The odometry has a new origin: the particles are removed, and poses before and
+    /// after this event have no common origin.
+    OdometryReset {
+        /// Stamp of the first pose with the new origin.
         stamp_us: u64,
     },
-    /// How the parts around the filter are, beside each status of a board.
-    Health(Health),
-    /// The sensors' offsets, after they were read, measured, or refused.
-    Offsets(OffsetReport),
-    /// How the life before this one ended; the first thing after the boot message.
-    PostMortem(PostMortem),
-    /// How the image watches over itself, after a start and once a second.
-    Supervision(Supervision),
-}
-
-/// Who speaks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Boot {
-    /// Version of the wire's messages.
-    pub wire_version: u8,
-    /// Hash of the sources that the image was built from.
-    pub build_id: u64,
-    /// Particles that fit.
-    pub capacity: u32,
-    /// Inputs that are taken ahead of their answers.
-    pub window: u8,
-    /// Speed of the serial link, bits a second.
-    pub baud: u32,
-    /// What the core's clock runs on.
-    pub clock: ClockSource,
-    /// Frequency that the board believes its core has, hertz.
-    pub core_hz: u32,
-}
-
-/// What the core's clock runs on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ClockSource {
-    /// No microcontroller: the node runs on a host.
-    Host,
-    /// Crystal and PLL, 168 MHz.
-    CrystalPll,
-    /// Internal oscillator and PLL, 168 MHz within 1 %: the crystal did not start.
-    InternalPll,
-    /// Internal oscillator, 16 MHz: the PLL did not lock.
-    Internal,
-    /// The clock unit answers nothing, as in an emulator; 168 MHz are assumed.
-    Unknown,
 }
 
 /// A step begins.
@@ -187,7 +128,7 @@ impl ParticleEvent {
             Outcome::SurvivedPastGate => 0,
             Outcome::SurvivedBelowGate => 1,
             Outcome::RejectedFree => 2,
-            Outcome::RejectedBehind => 3,
+            Outcome::RejectedUnobserved => 3,
         };
         let bits = outcome | half_millimetres(x) << 2 | half_millimetres(y) << 13;
         let [low, middle, high, _] = bits.to_le_bytes();
@@ -206,7 +147,7 @@ impl ParticleEvent {
             0 => Outcome::SurvivedPastGate,
             1 => Outcome::SurvivedBelowGate,
             2 => Outcome::RejectedFree,
-            _ => Outcome::RejectedBehind,
+            _ => Outcome::RejectedUnobserved,
         }
     }
 
@@ -233,7 +174,7 @@ pub struct StepDone {
     /// Outcomes "rejected, free".
     pub free: u16,
     /// Outcomes "rejected, counts nothing".
-    pub behind: u16,
+    pub unobserved: u16,
     /// Particles that left the local radius and have no outcome.
     pub departed: u16,
     /// Whether no particle had any weight: everything was redrawn.
@@ -244,87 +185,11 @@ impl StepDone {
     /// How many particle events belong to the step.
     #[must_use]
     pub fn outcomes(&self) -> u32 {
-        [self.past_gate, self.below_gate, self.free, self.behind]
+        [self.past_gate, self.below_gate, self.free, self.unobserved]
             .into_iter()
             .map(u32::from)
             .sum()
     }
-}
-
-/// The offsets in use, and what became of the last attempt to measure them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct OffsetReport {
-    /// The offsets and where they come from.
-    pub offsets: Offsets,
-    /// Whether the board's memory holds them, or is being written.
-    pub is_kept: bool,
-    /// Why a sensor's could not be measured, in the last attempt; with any refused,
-    /// none is taken.
-    pub refused: [Option<OffsetRefusal>; SENSORS],
-}
-
-/// The nearest obstacle among the particles past the gate, for whoever steers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Obstacle {
-    /// Distance from the robot's centre, metres.
-    pub range_m: f32,
-    /// Direction in the body frame, radians, within 0.004.
-    pub bearing_rad: f32,
-}
-
-/// How the node and the board are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Status {
-    /// The node's side.
-    pub node: NodeStatus,
-    /// The board's side.
-    pub board: BoardStatus,
-}
-
-/// How the node is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct NodeStatus {
-    /// Steps since the configuration.
-    pub steps: u32,
-    /// Inputs handled since boot.
-    pub inputs: u32,
-    /// Inputs refused since boot.
-    pub refused: u32,
-    /// Why the last one was refused.
-    pub last_fault: Option<Fault>,
-    /// The sensors that the last step had to do without, as a mask.
-    pub without: u8,
-    /// Nearest obstacle of the last step.
-    pub obstacle: Option<Obstacle>,
-    /// Whether the board makes its own ticks.
-    pub own_ticks: bool,
-}
-
-/// How the board is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct BoardStatus {
-    /// Time since reset by the board's clock, milliseconds.
-    pub uptime_ms: u64,
-    /// Core clock cycles of the last step, its events and interrupts included.
-    pub step_cycles: u32,
-    /// The most of these since the configuration.
-    pub step_cycles_max: u32,
-    /// Own ticks that found the step before still running.
-    pub overruns: u32,
-    /// Frames dropped because the link was too slow, particle frames first.
-    pub dropped_frames: u32,
-    /// Input frames that arrived broken, out of order or not at all.
-    pub broken_frames: u32,
-    /// Received bytes lost for want of room or to line errors.
-    pub lost_bytes: u32,
-    /// Frames queued for the link since reset, this one not yet; with the dropped ones
-    /// they are all that have a number.
-    pub sent_frames: u32,
 }
 
 #[cfg(test)]
@@ -337,7 +202,7 @@ mod tests {
             Outcome::SurvivedPastGate,
             Outcome::SurvivedBelowGate,
             Outcome::RejectedFree,
-            Outcome::RejectedBehind,
+            Outcome::RejectedUnobserved,
         ] {
             for x in (i16::MIN..=i16::MAX).step_by(97) {
                 let y = x.wrapping_mul(31);

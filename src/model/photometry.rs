@@ -93,7 +93,7 @@ impl Photometry {
     /// `None` where the law has no solution: counts at or below beta, and with a
     /// negative delta counts beyond those at contact.
     #[must_use]
-    pub fn echo(&self, counts: f32) -> Option<Echo> {
+    pub fn range_estimate(&self, counts: f32) -> Option<RangeEstimate> {
         let signal = counts - self.beta_counts;
         if signal <= 0.0 || signal.is_nan() {
             return None;
@@ -104,7 +104,7 @@ impl Photometry {
             return None;
         }
         let range_m = math::sqrt(squared);
-        Some(Echo {
+        Some(RangeEstimate {
             range_m,
             sigma_m: spread * spread * self.sigma_counts / (2.0 * self.alpha_counts_m2 * range_m),
         })
@@ -116,14 +116,14 @@ impl Photometry {
     #[must_use]
     pub fn range_m(&self, counts: f32, bearing_rad: f32) -> Option<f32> {
         let lobe = math::sqrt(self.directivity(bearing_rad)?);
-        Some(self.echo(counts)?.range_m * lobe)
+        Some(self.range_estimate(counts)?.range_m * lobe)
     }
 
     /// Standard deviation of [`range_m`](Self::range_m) for the sensor's own noise.
     #[must_use]
     pub fn range_sigma_m(&self, counts: f32, bearing_rad: f32) -> Option<f32> {
         let lobe = math::sqrt(self.directivity(bearing_rad)?);
-        Some(self.echo(counts)?.sigma_m * lobe)
+        Some(self.range_estimate(counts)?.sigma_m * lobe)
     }
 
     /// Counts below which nothing is in range: those of a surface at x_max on the axis.
@@ -146,16 +146,17 @@ impl Photometry {
         let threshold = self.threshold_counts();
         if counts < threshold {
             return self
-                .echo(threshold)
+                .range_estimate(threshold)
                 .map_or(Reading::Faulty, Reading::NothingInRange);
         }
-        self.echo(counts).map_or(Reading::TooClose, Reading::Range)
+        self.range_estimate(counts)
+            .map_or(Reading::TooClose, Reading::Range)
     }
 }
 
 /// A range on the sensor's axis; off the axis both values shrink with the lobe S.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Echo {
+pub struct RangeEstimate {
     /// Range on the axis, metres (x_0).
     pub range_m: f32,
     /// Its standard deviation from the sensor's noise, metres (sigma_0).
@@ -273,9 +274,9 @@ mod tests {
 
     #[test]
     fn nothing_is_divided_by_nothing() {
-        assert_eq!(SENSOR.echo(SENSOR.beta_counts), None);
-        assert_eq!(SENSOR.echo(-1e9), None);
-        assert_eq!(SENSOR.echo(f32::NAN), None);
+        assert_eq!(SENSOR.range_estimate(SENSOR.beta_counts), None);
+        assert_eq!(SENSOR.range_estimate(-1e9), None);
+        assert_eq!(SENSOR.range_estimate(f32::NAN), None);
         assert_eq!(SENSOR.counts(0.0, 0.0), None);
         assert_eq!(SENSOR.counts(-0.1, 0.0), None);
         assert_eq!(SENSOR.directivity(1.28), None);
@@ -285,7 +286,7 @@ mod tests {
             delta_m2: -5e-4,
             ..SENSOR
         };
-        assert_eq!(sensor.echo(sensor.beta_counts + 1886.0), None);
+        assert_eq!(sensor.range_estimate(sensor.beta_counts + 1886.0), None);
         assert_eq!(sensor.read(Sample::Counts(60_000)), Reading::TooClose);
     }
 
@@ -298,7 +299,7 @@ mod tests {
             };
             for range in [0.01_f32, 0.05, 0.1, 0.19] {
                 let counts = sensor.counts(range, 0.0).unwrap();
-                let echo = sensor.echo(counts).unwrap();
+                let echo = sensor.range_estimate(counts).unwrap();
                 // The darkest wall at 0.19 m is 0.03 counts above beta, which is -16.25:
                 // a bit of single precision is 2 in 10^6 there, 6 in 10^5 of the signal.
                 let error = (echo.range_m / range - 1.0).abs();

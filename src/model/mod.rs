@@ -1,0 +1,20 @@
+//! The models of the robot: sensor ring, photometric law, inverse kinematics.
+//!
+//! [`Ring`] is the geometry of the sensors, [`Sample`] is what one of them delivers,
+//! [`Photometry`] is the law between counts and range (paper equation 5), [`Reading`]
+//! is a sample interpreted by that law. [`DifferentialDrive`] and [`InverseMotion`] are
+//! the kinematics of section 4.4.
+
+mod beam_pattern;
+mod inverse_kinematics;
+mod photometry;
+mod reading;
+mod ring;
+
+pub use beam_pattern::BeamPattern;
+pub use inverse_kinematics::{
+    DifferentialDrive, InverseMotion, TravelNoise, WheelSpeeds, WheelTravel,
+};
+pub use photometry::{Photometry, RangeEstimate};
+pub use reading::{Reading, Sample};
+pub use ring::{Mount, Ring, SENSORS, SensorMask};
