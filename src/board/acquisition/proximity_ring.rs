@@ -9,7 +9,7 @@
 //! use amiro_ipf::board::acquisition::{Bus, ProximityRing};
 //! use amiro_ipf::board::i2c::BusFault;
 //! use amiro_ipf::board::sensor_state::SensorState;
-//! use amiro_ipf::sensor::Sample;
+//! use amiro_ipf::model::Sample;
 //!
 //! let mut ring = ProximityRing::new();
 //! for round in 0..3 {
