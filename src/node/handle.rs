@@ -1,10 +1,7 @@
 //! The node and its answer to each kind of input.
 
-use super::odometry::{Continuity, Odometry};
-use super::step::Sampled;
-use super::{Config, Event, Fault, Input, NodeStatus, SampleWindow, StepRule, StepTrigger};
+use super::{Config, Event, Fault, Input, NodeStatus, Scheduled, StepRule, StepScheduler};
 use crate::filter::{InverseParticleFilter, Model, ParticleSet};
-use crate::geometry::Pose;
 use crate::model::SENSORS;
 
 /// The program of odometry, step trigger and filter, for up to N particles.
@@ -13,11 +10,7 @@ pub struct Node<'a, const N: usize> {
     pub(super) config: Config,
     pub(super) model: Model,
     pub(super) filter: InverseParticleFilter<'a, N>,
-    pub(super) odometry: Odometry,
-    pub(super) trigger: StepTrigger,
-    pub(super) samples: SampleWindow,
-    pub(super) last_sampled: Option<Sampled>,
-    pub(super) last_step: Option<Pose>,
+    pub(super) scheduler: StepScheduler,
     pub(super) status: NodeStatus,
 }
 
@@ -32,11 +25,7 @@ impl<'a, const N: usize> Node<'a, N> {
             config,
             model: config.model(),
             filter: InverseParticleFilter::new(particles, config.particles(), config.seed),
-            odometry: Odometry::default(),
-            trigger: StepTrigger::default(),
-            samples: SampleWindow::default(),
-            last_sampled: None,
-            last_step: None,
+            scheduler: StepScheduler::default(),
             status: NodeStatus::default(),
         }
     }
@@ -68,20 +57,13 @@ impl<'a, const N: usize> Node<'a, N> {
     pub fn handle(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
         let result = match *input {
             Input::Configure(config) => self.configure(&config, emit),
-            Input::Odometry { stamp_us, pose } => {
-                let continuity = self.odometry.take_pose(stamp_us, pose);
-                self.on_odometry(stamp_us, continuity, emit)
-            }
-            Input::Wheels { stamp_us, speeds } => {
-                let drive = &self.config.drive;
-                let continuity = self.odometry.take_wheels(drive, stamp_us, speeds);
-                self.on_odometry(stamp_us, continuity, emit)
-            }
-            Input::Proximity { stamp_us, samples } => self.on_proximity(stamp_us, samples, emit),
-            Input::Tick { .. } => self.on_tick(emit),
             Input::Limit {
                 particles_per_sensor,
             } => self.limit(particles_per_sensor),
+            Input::Odometry { .. }
+            | Input::Wheels { .. }
+            | Input::Proximity { .. }
+            | Input::Tick { .. } => self.advance(input, emit),
         };
         self.status.inputs = self.status.inputs.wrapping_add(1);
         if let Err(fault) = result {
@@ -110,9 +92,7 @@ impl<'a, const N: usize> Node<'a, N> {
         self.config = *config;
         self.model = config.model();
         self.filter.restart(config.particles(), config.seed);
-        self.odometry = Odometry::default();
-        self.restart_steps();
-        self.samples = SampleWindow::default();
+        self.scheduler = StepScheduler::default();
         self.status = NodeStatus {
             inputs: self.status.inputs,
             refused: self.status.refused,
@@ -124,27 +104,22 @@ impl<'a, const N: usize> Node<'a, N> {
         Ok(())
     }
 
-    /// Removes the particles when the odometry lost its origin: the motion since their
-    /// last step is unknown, so they cannot be propagated.
-    fn on_odometry(
-        &mut self,
-        stamp_us: u64,
-        continuity: Result<Continuity, Fault>,
-        emit: &mut impl FnMut(&Event),
-    ) -> Result<(), Fault> {
-        if continuity? == Continuity::Reset {
-            self.filter.forget();
-            self.restart_steps();
-            emit(&Event::OdometryReset { stamp_us });
+    /// Steps the filter if a step is due.
+    ///
+    /// A reset of the odometry removes the particles: the motion since their last step is
+    /// unknown, so they cannot be propagated.
+    fn advance(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
+        let scheduled = self.scheduler.take(&self.config, input);
+        self.status.without = self.scheduler.without().0;
+        match scheduled? {
+            Scheduled::Nothing => {}
+            Scheduled::Step(step) => self.step(&step, emit),
+            Scheduled::OdometryReset { stamp_us } => {
+                self.filter.forget();
+                emit(&Event::OdometryReset { stamp_us });
+            }
         }
         Ok(())
-    }
-
-    /// Treats the next reading as the first one.
-    fn restart_steps(&mut self) {
-        self.trigger = StepTrigger::default();
-        self.last_sampled = None;
-        self.last_step = None;
     }
 
     fn limit(&mut self, particles_per_sensor: u16) -> Result<(), Fault> {

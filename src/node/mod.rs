@@ -16,6 +16,7 @@ mod sample_window;
 pub mod seed;
 mod status;
 mod step;
+mod step_scheduler;
 mod step_trigger;
 #[cfg(test)]
 mod tests;
@@ -29,4 +30,5 @@ pub use odometry::Odometry;
 pub use sample_window::{MAX_SAMPLE_AGE_US, SampleWindow, WINDOW};
 pub use seed::SeedSource;
 pub use status::{NodeStatus, Obstacle};
+pub use step_scheduler::{Scheduled, StepInput, StepScheduler};
 pub use step_trigger::StepTrigger;
