@@ -6,11 +6,11 @@
 
 use std::path::Path;
 
-use amiro_ipf::node::{Config, Input};
+use amiro_ipf::node::{Config, Input, Scheduled, StepScheduler};
 use serde::Serialize;
 
 use crate::datasets::{Dataset, DatasetError, PoseSource, RefusedRows};
-use crate::drive::{FilterRecords, Keyframes, Record, Return, Scan};
+use crate::drive::{FilterRecords, Keyframes, Record, Return, Scan, scan_records};
 use crate::geometry::Vector;
 use crate::mapping::{Mapper, Method};
 use crate::rig::Rig;
@@ -70,23 +70,33 @@ pub fn filter_records(
 
 /// Records of the same steps without the filter: pose and scan of each.
 ///
+/// The inputs pass through the [`StepScheduler`] of the node; no particle exists.
+///
 /// # Errors
-/// As [`run`](crate::run()).
+/// A parameter of the configuration is outside its range.
 pub fn step_records(
     config: &Config,
     inputs: &[Input],
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
-    // One particle: the steps do not depend on it.
-    let config = Config {
-        particles_per_sensor: 1,
-        ..*config
-    };
-    filter_records(&config, inputs, &mut |record| {
-        if !matches!(record, Record::Outcomes(_)) {
-            take(record);
+    config.validate()?;
+    let mut scheduler = StepScheduler::default();
+    let mut outcome = RunOutcome::default();
+    for (index, input) in inputs.iter().enumerate() {
+        match scheduler.take(config, input) {
+            Ok(Scheduled::Nothing) => {}
+            Ok(Scheduled::OdometryReset { stamp_us }) => take(&Record::OdometryReset { stamp_us }),
+            Ok(Scheduled::Step(step)) => {
+                outcome.steps += 1;
+                let photometry = &config.photometry;
+                scan_records(photometry, step.stamp_us, step.pose, &step.samples)
+                    .iter()
+                    .for_each(&mut *take);
+            }
+            Err(fault) => outcome.refuse(index, fault),
         }
-    })
+    }
+    Ok(outcome)
 }
 
 /// What of a recorded drive is mapped.

@@ -25,6 +25,12 @@ impl RunOutcome {
         counted.filter(|(_, count)| *count > 0)
     }
 
+    /// Counts a refused input and keeps its number.
+    pub(crate) fn refuse(&mut self, input: usize, fault: Fault) {
+        self.count(fault);
+        self.refusals.push((input, fault));
+    }
+
     fn count(&mut self, fault: Fault) {
         let counters = Fault::ALL.into_iter().zip(&mut self.refused);
         for (_, counter) in counters.filter(|(word, _)| *word == fault) {

@@ -1,7 +1,7 @@
 //! Records of what a node reported: the one place at which its events become records.
 
 use amiro_ipf::filter::Outcome;
-use amiro_ipf::geometry::{Point, Rotation};
+use amiro_ipf::geometry::{Point, Pose, Rotation};
 use amiro_ipf::model::{Photometry, Reading, Sample};
 use amiro_ipf::node::{Event, Particles, StepBegun};
 
@@ -53,18 +53,8 @@ impl FilterRecords {
         self.step = Some(step.index as u8);
         self.position = step.pose.position;
         self.rotation = Rotation::by(step.pose.heading.radians());
-        let world_from_body = Pose2::from(step.pose);
-        let stamp_us = step.stamp_us;
-        take(&Record::Pose {
-            stamp_us,
-            world_from_body,
-        });
-        take(&Record::Scan(Scan {
-            stamp_us,
-            world_from_body,
-            mounts: 0..step.samples.len(),
-            returns: returns(&self.photometry, &step.samples),
-        }));
+        let records = scan_records(&self.photometry, step.stamp_us, step.pose, &step.samples);
+        records.iter().for_each(take);
     }
 
     fn outcomes(&self, particles: &Particles) -> Vec<PointOutcome> {
@@ -82,6 +72,27 @@ impl FilterRecords {
             })
             .collect()
     }
+}
+
+/// The records of a step: the pose, and one scan of all eight sensors.
+pub(crate) fn scan_records(
+    photometry: &Photometry,
+    stamp_us: u64,
+    pose: Pose,
+    samples: &[Sample],
+) -> [Record; 2] {
+    let world_from_body = Pose2::from(pose);
+    let scan = Scan {
+        stamp_us,
+        world_from_body,
+        mounts: 0..samples.len(),
+        returns: returns(photometry, samples),
+    };
+    let pose = Record::Pose {
+        stamp_us,
+        world_from_body,
+    };
+    [pose, Record::Scan(scan)]
 }
 
 /// The ranges that samples of infrared sensors stand for.
@@ -104,7 +115,6 @@ fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::geometry::Pose;
     use amiro_ipf::model::SENSORS;
     use amiro_ipf::node::ParticleEvent;
 

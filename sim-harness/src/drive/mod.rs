@@ -5,5 +5,6 @@ mod keyframes;
 mod record;
 
 pub use filter_records::FilterRecords;
+pub(crate) use filter_records::scan_records;
 pub use keyframes::Keyframes;
 pub use record::{PointOutcome, Record, Return, Scan};
