@@ -118,8 +118,8 @@ fn pins_are_set_to_what_the_table_says() {
     }
     // Which unit's, in which order: clock, then data.
     for ports in [
-        "Port::new(device.I2C1,gpio_b.pb8,gpio_b.pb9,core_hz)",
-        "Port::new(device.I2C2,gpio_b.pb10,gpio_b.pb11,core_hz)",
+        "Port::one(device.I2C1,gpio_b.pb8,gpio_b.pb9,core_hz)",
+        "Port::two(device.I2C2,gpio_b.pb10,gpio_b.pb11,core_hz)",
         "Alternate<4,OpenDrain>",
     ] {
         assert!(code.contains(ports), "the code has no {ports}");

@@ -11,10 +11,10 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::Interrupt;
 
 use crate::clock::Microseconds;
-use crate::hal::{AcquisitionUnits, BusOne, BusTwo, Can, ShutdownLine};
+use crate::hal::{AcquisitionUnits, BusMaster, Can, ShutdownLine};
 use crate::requests::request_shutdown;
 use amiro_ipf::board::budget::REPORT_QUEUE;
-use amiro_ipf::board::i2c::{I2cMaster, I2cRegisters, TransferProgress};
+use amiro_ipf::board::i2c::{I2cMaster, TransferProgress};
 
 /// Polls between two reports of health: 8 Hz at 2 kHz.
 const HEALTH_EVERY: u32 = 250;
@@ -49,8 +49,8 @@ pub(crate) type Reported = Consumer<'static, Report>;
 /// The acquisition, its buses and the queue to `run`, under one lock.
 pub struct Sampler {
     acquisition: Acquisition,
-    one: BusOne,
-    two: BusTwo,
+    one: BusMaster,
+    two: BusMaster,
     can: Can,
     seed: SeedSource,
     shutdown_line: ShutdownLine,
@@ -82,21 +82,13 @@ impl Sampler {
     /// Serves a bus's event interrupt.
     pub(crate) fn on_event(&mut self, bus: Bus) {
         let now_us = self.clock.now();
-        let acquisition = &mut self.acquisition;
-        match bus {
-            Bus::I2c1 => serve(acquisition, &mut self.one, bus, now_us, I2cMaster::on_event),
-            Bus::I2c2 => serve(acquisition, &mut self.two, bus, now_us, I2cMaster::on_event),
-        }
+        self.serve(bus, now_us, I2cMaster::on_event);
     }
 
     /// Serves a bus's error interrupt.
     pub(crate) fn on_error(&mut self, bus: Bus) {
         let now_us = self.clock.now();
-        let acquisition = &mut self.acquisition;
-        match bus {
-            Bus::I2c1 => serve(acquisition, &mut self.one, bus, now_us, I2cMaster::on_error),
-            Bus::I2c2 => serve(acquisition, &mut self.two, bus, now_us, I2cMaster::on_error),
-        }
+        self.serve(bus, now_us, I2cMaster::on_error);
     }
 
     /// Takes the received frames of the CAN bus, three at most.
@@ -115,21 +107,8 @@ impl Sampler {
     /// to send, reports.
     pub(crate) fn poll(&mut self) {
         let now_us = self.clock.now();
-        let acquisition = &mut self.acquisition;
-        serve(
-            acquisition,
-            &mut self.one,
-            Bus::I2c1,
-            now_us,
-            I2cMaster::poll,
-        );
-        serve(
-            acquisition,
-            &mut self.two,
-            Bus::I2c2,
-            now_us,
-            I2cMaster::poll,
-        );
+        self.serve(Bus::I2c1, now_us, I2cMaster::poll);
+        self.serve(Bus::I2c2, now_us, I2cMaster::poll);
         if self.polls.is_multiple_of(CAN_EVERY) {
             self.can.poll(now_us);
         }
@@ -155,6 +134,36 @@ impl Sampler {
         if self.polls.is_multiple_of(HEALTH_EVERY) {
             let health = self.health(now_us);
             self.report(Report::Health(health));
+        }
+    }
+
+    /// Calls a bus's master, hands on the transaction that ended with the call and begins
+    /// the next one.
+    ///
+    /// On a bus that is held low every transaction ends at once; the acquisition then has no
+    /// further one after one or two.
+    fn serve(
+        &mut self,
+        bus: Bus,
+        now_us: u64,
+        call: impl FnOnce(&mut BusMaster, u64) -> TransferProgress,
+    ) {
+        let acquisition = &mut self.acquisition;
+        let master = match bus {
+            Bus::I2c1 => &mut self.one,
+            Bus::I2c2 => &mut self.two,
+        };
+        let mut progress = call(master, now_us);
+        loop {
+            match progress {
+                TransferProgress::Running | TransferProgress::Refused => return,
+                TransferProgress::Done => acquisition.answer(bus, now_us, master.result()),
+                TransferProgress::Idle => {}
+            }
+            let Some(transaction) = acquisition.next(bus, now_us) else {
+                return;
+            };
+            progress = master.begin(&transaction, now_us);
         }
     }
 
@@ -185,7 +194,7 @@ impl Sampler {
 }
 
 /// A bus's health from the acquisition, with its master's state.
-fn bus_health<R: I2cRegisters>(known: BusHealth, master: &I2cMaster<R>) -> BusHealth {
+fn bus_health(known: BusHealth, master: &BusMaster) -> BusHealth {
     BusHealth {
         state: if master.is_held_low() {
             BusState::HeldLow
@@ -199,40 +208,4 @@ fn bus_health<R: I2cRegisters>(known: BusHealth, master: &I2cMaster<R>) -> BusHe
 
 fn narrow(count: u32) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
-}
-
-/// Calls a bus's master and goes on with the transactions of its bus.
-fn serve<R: I2cRegisters>(
-    acquisition: &mut Acquisition,
-    master: &mut I2cMaster<R>,
-    bus: Bus,
-    now_us: u64,
-    call: impl FnOnce(&mut I2cMaster<R>, u64) -> TransferProgress,
-) {
-    let progress = call(master, now_us);
-    advance(acquisition, master, bus, progress, now_us);
-}
-
-/// Hands on the transaction that ended on a bus and begins the next one.
-///
-/// On a bus that is held low every transaction ends at once; the acquisition then has no
-/// further one after one or two.
-fn advance<R: I2cRegisters>(
-    acquisition: &mut Acquisition,
-    master: &mut I2cMaster<R>,
-    bus: Bus,
-    mut progress: TransferProgress,
-    now_us: u64,
-) {
-    loop {
-        match progress {
-            TransferProgress::Running | TransferProgress::Refused => return,
-            TransferProgress::Done => acquisition.answer(bus, now_us, master.result()),
-            TransferProgress::Idle => {}
-        }
-        let Some(transaction) = acquisition.next(bus, now_us) else {
-            return;
-        };
-        progress = master.begin(&transaction, now_us);
-    }
 }

@@ -60,13 +60,13 @@ impl CanCells {
     }
 }
 
-/// One I2C unit; each of its own type, as the image's are.
-pub(crate) struct Port<const UNIT: usize>(pub(crate) &'static I2cCells);
+/// One I2C unit.
+pub(crate) struct Port(pub(crate) &'static I2cCells);
 
 /// CR1: make a stop.
 pub(crate) const STOP: u16 = 1 << 9;
 
-impl<const UNIT: usize> I2cRegisters for Port<UNIT> {
+impl I2cRegisters for Port {
     fn read(&mut self, register: I2cRegister) -> u16 {
         let value = self.0.read(register);
         match register {
@@ -115,14 +115,13 @@ impl can::CanRegisters for CanUnit {
     }
 }
 
-pub(crate) type BusOne = I2cMaster<Port<1>>;
-pub(crate) type BusTwo = I2cMaster<Port<2>>;
+pub(crate) type BusMaster = I2cMaster<Port>;
 pub(crate) type Can = CanController<CanUnit>;
 
 /// As the image's.
 pub(crate) struct AcquisitionUnits {
-    pub(crate) one: BusOne,
-    pub(crate) two: BusTwo,
+    pub(crate) one: BusMaster,
+    pub(crate) two: BusMaster,
     pub(crate) can: Can,
     pub(crate) seed: SeedSource,
     pub(crate) shutdown_line: ShutdownLine,
@@ -138,7 +137,7 @@ pub(crate) fn masters(
     one: &'static I2cCells,
     two: &'static I2cCells,
     bus_hz: u32,
-) -> (BusOne, BusTwo) {
+) -> (BusMaster, BusMaster) {
     let timing = i2c::I2cTiming::fast(bus_hz);
     (
         I2cMaster::new(Port(one), timing, 0),

@@ -1,9 +1,8 @@
 //! An I2C unit of the chip and its two pins on port B, for the master.
 
-use core::ops::Deref;
-
 use stm32f4xx_hal::gpio::{Alternate, OpenDrain, Output, Pin, PinMode, PinState};
 use stm32f4xx_hal::pac::i2c1::RegisterBlock;
+use stm32f4xx_hal::pac::{I2C1, I2C2};
 
 use amiro_ipf::board::i2c::{BusLine, I2cRegister, I2cRegisters};
 
@@ -23,13 +22,25 @@ impl<const N: u8> Wire<N> {
     fn new<M: PinMode>(pin: Pin<'B', N, M>) -> Self {
         Self::Hand(Output::new(pin, PinState::High))
     }
+}
 
+/// A wire whose number is not in its type.
+trait AnyWire {
+    fn take(&mut self);
+    fn hand_back(&mut self);
+    /// Pulls the wire low or releases it, by hand.
+    fn drive(&mut self, level: PinState);
+    /// The wire's level, which an output of this chip reads as well.
+    fn is_high(&self) -> bool;
+}
+
+impl<const N: u8> AnyWire for Wire<N> {
     fn take(&mut self) {
         *self = match core::mem::replace(self, Self::Changing) {
             Self::Unit(pin) => Self::new(pin),
             other => other,
         };
-        self.release();
+        self.drive(PinState::High);
     }
 
     fn hand_back(&mut self) {
@@ -39,19 +50,12 @@ impl<const N: u8> Wire<N> {
         };
     }
 
-    fn pull(&mut self) {
+    fn drive(&mut self, level: PinState) {
         if let Self::Hand(pin) = self {
-            pin.set_low();
+            pin.set_state(level);
         }
     }
 
-    fn release(&mut self) {
-        if let Self::Hand(pin) = self {
-            pin.set_high();
-        }
-    }
-
-    /// The wire's level, which an output of this chip reads as well.
     fn is_high(&self) -> bool {
         match self {
             Self::Hand(pin) => pin.is_high(),
@@ -60,80 +64,102 @@ impl<const N: u8> Wire<N> {
     }
 }
 
-/// One I2C unit with SCL and SDA on the pins of these numbers.
-pub(crate) struct Port<I, const SCL: u8, const SDA: u8> {
-    unit: I,
-    clock: Wire<SCL>,
-    data: Wire<SDA>,
+/// One of the two I2C units that the board uses, with its SCL and SDA.
+enum Unit {
+    One(I2C1, Wire<8>, Wire<9>),
+    Two(I2C2, Wire<10>, Wire<11>),
+}
+
+/// An I2C unit and its pins. Both units have this type: the master's code is in the image
+/// once.
+pub(crate) struct Port {
+    unit: Unit,
     half_clock_cycles: u32,
 }
 
-impl<I, const SCL: u8, const SDA: u8> Port<I, SCL, SDA> {
-    /// A port of a unit that is clocked; its pins are taken and released.
-    pub(crate) fn new<C: PinMode, D: PinMode>(
-        unit: I,
-        clock: Pin<'B', SCL, C>,
-        data: Pin<'B', SDA, D>,
+impl Port {
+    /// The port of I2C1, which is clocked; its pins are taken and released.
+    pub(crate) fn one<C: PinMode, D: PinMode>(
+        unit: I2C1,
+        clock: Pin<'B', 8, C>,
+        data: Pin<'B', 9, D>,
         core_hz: u32,
     ) -> Self {
+        Self::new(Unit::One(unit, Wire::new(clock), Wire::new(data)), core_hz)
+    }
+
+    /// The port of I2C2, which is clocked; its pins are taken and released.
+    pub(crate) fn two<C: PinMode, D: PinMode>(
+        unit: I2C2,
+        clock: Pin<'B', 10, C>,
+        data: Pin<'B', 11, D>,
+        core_hz: u32,
+    ) -> Self {
+        Self::new(Unit::Two(unit, Wire::new(clock), Wire::new(data)), core_hz)
+    }
+
+    fn new(unit: Unit, core_hz: u32) -> Self {
         Self {
             unit,
-            clock: Wire::new(clock),
-            data: Wire::new(data),
             half_clock_cycles: core_hz.div_ceil(HALF_CLOCK_HZ),
+        }
+    }
+
+    fn registers(&self) -> &RegisterBlock {
+        match &self.unit {
+            Unit::One(unit, ..) => unit,
+            Unit::Two(unit, ..) => unit,
+        }
+    }
+
+    fn wire(&mut self, line: BusLine) -> &mut dyn AnyWire {
+        match (&mut self.unit, line) {
+            (Unit::One(_, clock, _), BusLine::Clock) => clock,
+            (Unit::One(_, _, data), BusLine::Data) => data,
+            (Unit::Two(_, clock, _), BusLine::Clock) => clock,
+            (Unit::Two(_, _, data), BusLine::Data) => data,
         }
     }
 }
 
-impl<I, const SCL: u8, const SDA: u8> I2cRegisters for Port<I, SCL, SDA>
-where
-    I: Deref<Target = RegisterBlock>,
-{
+impl I2cRegisters for Port {
     fn read(&mut self, register: I2cRegister) -> u16 {
+        let unit = self.registers();
         match register {
-            I2cRegister::Cr1 => self.unit.cr1().read().bits(),
-            I2cRegister::Cr2 => self.unit.cr2().read().bits(),
-            I2cRegister::Dr => self.unit.dr().read().bits(),
-            I2cRegister::Sr1 => self.unit.sr1().read().bits(),
-            I2cRegister::Sr2 => self.unit.sr2().read().bits(),
-            I2cRegister::Ccr => self.unit.ccr().read().bits(),
-            I2cRegister::Trise => self.unit.trise().read().bits(),
+            I2cRegister::Cr1 => unit.cr1().read().bits(),
+            I2cRegister::Cr2 => unit.cr2().read().bits(),
+            I2cRegister::Dr => unit.dr().read().bits(),
+            I2cRegister::Sr1 => unit.sr1().read().bits(),
+            I2cRegister::Sr2 => unit.sr2().read().bits(),
+            I2cRegister::Ccr => unit.ccr().read().bits(),
+            I2cRegister::Trise => unit.trise().read().bits(),
         }
     }
 
     fn write(&mut self, register: I2cRegister, value: u16) {
-        write_to(&self.unit, register, value);
+        write_to(self.registers(), register, value);
     }
 
     fn take_pins(&mut self) {
-        self.clock.take();
-        self.data.take();
+        self.wire(BusLine::Clock).take();
+        self.wire(BusLine::Data).take();
     }
 
     fn return_pins(&mut self) {
-        self.clock.hand_back();
-        self.data.hand_back();
+        self.wire(BusLine::Clock).hand_back();
+        self.wire(BusLine::Data).hand_back();
     }
 
     fn pull(&mut self, line: BusLine) {
-        match line {
-            BusLine::Clock => self.clock.pull(),
-            BusLine::Data => self.data.pull(),
-        }
+        self.wire(line).drive(PinState::Low);
     }
 
     fn release(&mut self, line: BusLine) {
-        match line {
-            BusLine::Clock => self.clock.release(),
-            BusLine::Data => self.data.release(),
-        }
+        self.wire(line).drive(PinState::High);
     }
 
     fn is_high(&mut self, line: BusLine) -> bool {
-        match line {
-            BusLine::Clock => self.clock.is_high(),
-            BusLine::Data => self.data.is_high(),
-        }
+        self.wire(line).is_high()
     }
 
     fn wait_half_clock(&mut self) {

@@ -44,11 +44,8 @@ const WATCHDOG_MS: u32 = 500;
 /// Backup register value that makes the boot loader start the image after a reset.
 const RESTART: u32 = 4;
 
-/// The bus of sensors 0, 1, 2 and 7: SCL on PB8, SDA on PB9.
-pub(crate) type BusOne = I2cMaster<Port<I2C1, 8, 9>>;
-
-/// The bus of sensors 3 to 6 and of the EEPROM: SCL on PB10, SDA on PB11.
-pub(crate) type BusTwo = I2cMaster<Port<I2C2, 10, 11>>;
+/// The master of a sensor bus.
+pub(crate) type BusMaster = I2cMaster<Port>;
 
 /// The robot's CAN bus.
 pub(crate) type Can = CanController<CanUnit>;
@@ -73,10 +70,11 @@ pub(crate) struct StartedBoard {
 
 /// The units and lines of the acquisition.
 pub(crate) struct AcquisitionUnits {
-    /// The first I2C bus, freed if possible.
-    pub(crate) one: BusOne,
-    /// The second I2C bus, freed if possible.
-    pub(crate) two: BusTwo,
+    /// The bus of sensors 0, 1, 2 and 7, freed if possible: SCL on PB8, SDA on PB9.
+    pub(crate) one: BusMaster,
+    /// The bus of sensors 3 to 6 and of the EEPROM, freed if possible: SCL on PB10, SDA
+    /// on PB11.
+    pub(crate) two: BusMaster,
     /// The CAN controller, before its first poll.
     pub(crate) can: Can,
     /// The source of the board's seed.
@@ -127,10 +125,10 @@ impl StartedBoard {
         let timing = I2cTiming::fast(bus_hz);
         I2C1::enable(&mut rcc);
         I2C1::reset(&mut rcc);
-        let port_one = Port::new(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
+        let port_one = Port::one(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
         I2C2::enable(&mut rcc);
         I2C2::reset(&mut rcc);
-        let port_two = Port::new(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
+        let port_two = Port::two(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
         // The pins stay in their function when the values that name them are gone.
         let _: can1::Rx = gpio_a.pa11.into_alternate().into();
         let _: can1::Tx = gpio_a.pa12.into_alternate().into();
