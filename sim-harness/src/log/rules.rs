@@ -155,6 +155,11 @@ impl Rules {
         self.counts.events
     }
 
+    /// True poses that are used so far.
+    pub(super) fn true_poses(&self) -> u64 {
+        self.counts.true_poses
+    }
+
     /// Stretches without a gap of more than a second between the inputs so far.
     pub(super) fn segments(&self) -> usize {
         self.segments.count
