@@ -141,7 +141,7 @@ fn a_simulated_recording_that_ends_within_its_scenario_costs_the_second_nothing(
     let whole = simulated(SSSO, 100);
     let cut = [&whole[..400], &whole].concat();
     let recording = read_from(cut.as_slice()).unwrap();
-    assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+    assert_eq!(recording.refusals.count_of(Reason::BeforeConfiguration), 1);
     let alone = read_from(whole.as_slice()).unwrap();
     assert_eq!(without_refusals(recording), without_refusals(alone));
 }

@@ -412,7 +412,7 @@ fn a_live_recording_replays_whatever_the_board_was_amid() {
         writer.write_frames(&board.said).unwrap();
         let recording = reading(writer.finish().unwrap()).unwrap();
         assert_replays(&recording, &wanted, &inputs);
-        assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(recording.refusals.count_of(Reason::BeforeConfiguration), 1);
         assert_eq!(recording.refusals.count(), 1, "{}", recording.refusals);
         // The silence before the end is a second segment.
         assert_eq!(recording.segments, 2);

@@ -240,7 +240,7 @@ fn every_reason_why_a_piece_of_a_recording_is_left_out_is_explained() {
         Reason::Backward,
         Reason::NotFinite,
         Reason::BadConfiguration,
-        Reason::Forgotten,
+        Reason::BeforeConfiguration,
         Reason::SecondRun,
         Reason::BadScenario,
         Reason::BadFaults,
@@ -269,7 +269,7 @@ fn every_reason_why_a_piece_of_a_recording_is_left_out_is_explained() {
             | Reason::Backward
             | Reason::NotFinite
             | Reason::BadConfiguration
-            | Reason::Forgotten
+            | Reason::BeforeConfiguration
             | Reason::SecondRun
             | Reason::BadScenario
             | Reason::BadFaults
