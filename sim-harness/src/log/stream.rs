@@ -8,6 +8,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
+use amiro_ipf::input::Input;
 use amiro_ipf::wire::{Frame, MAX_FRAME, Message, Truth};
 
 use super::draft::{Draft, Sender};
@@ -66,6 +67,7 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
     let mut sequences = Sequences::default();
     let mut pieces = Pieces::default();
     let mut bytes = Vec::with_capacity(MAX_FRAME);
+    let mut before = Vec::new();
     // One byte beyond the longest frame, so that its decoder sees that it is too long.
     while let Some(piece) = source.read_piece(0, MOST_ENCODED + 1, &mut bytes)? {
         if bytes.is_empty() {
@@ -85,7 +87,13 @@ pub(super) fn read<R: Read>(source: &mut Source<R>) -> Result<Recording, LogErro
             }
         };
         source.trust();
-        let continuity = sequences.follow(frame.boot_id, frame.sequence, &encoded);
+        let mut continuity = sequences.follow(frame.boot_id, frame.sequence, &encoded);
+        if matches!(frame.message, Message::Input(Input::Configure(_))) && encoded != before {
+            // A line repeats a frame directly behind it. With frames of the board in between,
+            // it is the first frame of another recording.
+            continuity = continuity.not_again();
+        }
+        before = encoded;
         report(&mut draft, place, frame.sequence, continuity);
         if continuity == Continuity::Again {
             continue;
