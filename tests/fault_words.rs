@@ -170,6 +170,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
+        LinkError::KeepsResetting { resets: 100 },
         LinkError::Refused(Fault::SafeMode),
         LinkError::Restarted { input: 12 },
     ];
@@ -185,6 +186,7 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }
             | LinkError::Silent
+            | LinkError::KeepsResetting { .. }
             | LinkError::Refused(_)
             | LinkError::Restarted { .. } => {}
         }

@@ -30,7 +30,7 @@ impl Offsets {
     pub(super) fn run(self) -> Outcome {
         target::check(&self.on, self.baud, self.image.as_deref(), &[])?;
         let options = QemuOptions::default();
-        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
+        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options, None)?;
         target::greet(&mut board)?;
         let report = if self.read {
             board.offsets().copied()

@@ -29,7 +29,7 @@ pub(super) struct Record {
     baud: Option<u32>,
     #[command(flatten)]
     settings: Settings,
-    /// The recording: a new file, created once the board has taken its configuration. A
+    /// The recording: a new file (or /dev/null, /dev/stdout), created once the board has taken its configuration. A
     /// board that is reset begins a second one beside it, NAME.2.ipf or the next number
     /// that is free.
     #[arg(long, value_name = "FILE", value_parser = arguments::path())]
@@ -37,7 +37,8 @@ pub(super) struct Record {
     /// Replace the file of --out if it exists.
     #[arg(long)]
     force: bool,
-    /// How long to record; until interrupted (Ctrl-C, SIGTERM) if not given.
+    /// How long to record; until interrupted (Ctrl-C, SIGTERM), or until the board has sent
+    /// nothing for 2 s, if not given.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..))]
     seconds: Option<u32>,
 }
@@ -47,8 +48,14 @@ impl Record {
     pub(super) fn run(self) -> Outcome {
         target::check(&self.on, self.baud, None, &[])?;
         let config = self.settings.apply(None)?;
-        let parts = RefCell::new(Parts::new(self.out, self.force)?);
-        let mut board = target::reach(&self.on, self.baud, None, &QemuOptions::default())?;
+        let parts = RefCell::new(Parts::new(self.out, self.force, &self.on)?);
+        let mut board = target::reach(
+            &self.on,
+            self.baud,
+            None,
+            &QemuOptions::default(),
+            Some(&config),
+        )?;
         target::greet(&mut board)?;
         target::check_capacity(&board, &config)?;
         let end = self
@@ -124,6 +131,9 @@ impl Record {
                     console::warn("the board started anew");
                 }
                 News::Junk => console::warn(LinkError::Junk),
+                News::Silent => console::warn(
+                    "the board sent nothing for 2 s: the recording ends here and is whole",
+                ),
             }
             end.is_none_or(|end| Instant::now() < end)
         });

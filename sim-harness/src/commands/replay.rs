@@ -265,7 +265,13 @@ impl Replay {
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
-        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
+        let mut board = target::reach(
+            &self.on,
+            self.baud,
+            self.image.as_deref(),
+            &options,
+            Some(config),
+        )?;
         target::greet(&mut board)?;
         target::check_capacity(&board, config)?;
         let mut comparison = Comparison::default();

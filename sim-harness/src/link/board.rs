@@ -15,7 +15,7 @@ use amiro_ipf::wire::{
 
 use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
 use super::junk::JunkWatch;
-use super::{Account, FrameTally, Interrupt, LineTally, LossyLine};
+use super::{Account, FrameTally, Interrupt, LineTally, LossyLine, MOST_RESETS};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
@@ -73,6 +73,11 @@ pub enum LinkError {
     Silent,
     /// It refused what it was told to begin with.
     Refused(Fault),
+    /// It was reset again and again while it was greeted.
+    KeepsResetting {
+        /// How often.
+        resets: u32,
+    },
     /// It started anew in the middle of a run: what it knew is gone.
     Restarted {
         /// The first input without an answer, from 0.
@@ -114,6 +119,9 @@ impl fmt::Display for LinkError {
                 write!(f, "the board refused what it was told: {fault:?}, {fault}")
             }
             Self::Silent => f.write_str("the board fell silent"),
+            Self::KeepsResetting { resets } => {
+                write!(f, "the board was reset {resets} times while it was greeted")
+            }
             Self::Restarted { input } => {
                 write!(f, "the board started anew before it answered input {input}")
             }
@@ -307,14 +315,13 @@ impl Board {
         Ok(())
     }
 
-    /// Whether more than half of the bytes of the last two seconds were no frames; says
-    /// so once.
+    /// Whether more than half of the bytes of two seconds were no frames; `true` once.
     pub fn take_junk(&mut self) -> bool {
         self.junk.take_verdict()
     }
 
-    /// Whether what came since the last such verdict is mostly no frames.
-    pub(super) fn hears_junk(&self) -> bool {
+    /// Whether what comes is mostly no frames.
+    pub(super) fn receives_junk(&self) -> bool {
         self.junk.is_mostly_junk()
     }
 
@@ -325,7 +332,7 @@ impl Board {
     ///
     /// # Errors
     /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
-    /// [`LinkError::Junk`], or a broken link.
+    /// [`LinkError::KeepsResetting`], [`LinkError::Junk`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
         // What comes before the answer is not kept: it may be any number of bytes.
         self.keeps_raw = false;
@@ -337,9 +344,10 @@ impl Board {
 
     fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
         let deadline = Instant::now() + patience;
-        let mut first = self.greet_once(deadline)?;
+        let mut greeting = Greeting::default();
+        let mut first = self.greet_once(&mut greeting, deadline)?;
         loop {
-            let second = self.greet_once(deadline)?;
+            let second = self.greet_once(&mut greeting, deadline)?;
             // Another boot: the first answer was of an earlier session, or the board was
             // reset between the two.
             if second.boot_id == first.boot_id {
@@ -352,9 +360,13 @@ impl Board {
     }
 
     /// One greeting with a number of its own, repeated until it is answered.
-    fn greet_once(&mut self, deadline: Instant) -> Result<Answerer, LinkError> {
+    fn greet_once(
+        &mut self,
+        greeting: &mut Greeting,
+        deadline: Instant,
+    ) -> Result<Answerer, LinkError> {
+        *greeting = greeting.next();
         let number = (self.numbers)();
-        let mut greeting = Greeting::default();
         let mut unanswered = 0;
         // What a board is sent before its line is up is lost: ask again and again.
         while Instant::now() < deadline {
@@ -369,6 +381,9 @@ impl Board {
                 let Received::Frame { frame, .. } = received else {
                     continue;
                 };
+                if greeting.resets() >= MOST_RESETS {
+                    return Err(greeting.failure());
+                }
                 if let Some(board) = greeting.take(&frame, number) {
                     check_version(&board.boot)?;
                     self.account = Account::after(&frame);
@@ -385,11 +400,7 @@ impl Board {
                 check_version(boot)?;
             }
         }
-        Err(if greeting.answers_others() {
-            LinkError::OtherSession
-        } else {
-            LinkError::NoBoot
-        })
+        Err(greeting.failure())
     }
 
     /// How the board introduced itself.
@@ -517,8 +528,12 @@ impl Board {
                 if self.keeps_raw {
                     self.keep_raw(byte);
                 }
-                self.piece_bytes += 1;
                 let received = self.decoder.push(byte);
+                if byte == 0 && self.piece_bytes == 0 {
+                    // Nothing between two zero bytes: an idle line may send any number.
+                    continue;
+                }
+                self.piece_bytes += 1;
                 if received.is_none() && self.piece_bytes < 4 * MAX_FRAME as u64 {
                     continue;
                 }
