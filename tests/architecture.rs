@@ -145,7 +145,7 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
         "crate::mapping",
         "crate::world",
         "crate::log",
-        "crate::link",
+        "crate::device",
         "crate::pipeline",
         "crate::evaluation",
         "crate::figures",
@@ -158,6 +158,6 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
     assert_never_names("sim-harness/src/sensors", &above[1..]);
     assert_never_names(
         "sim-harness/src/pipeline.rs",
-        &["crate::world", "crate::link"],
+        &["crate::world", "crate::device"],
     );
 }

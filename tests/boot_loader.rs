@@ -9,7 +9,7 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::input::Input;
 use amiro_ipf::sensor::Sample;
 use amiro_ipf::supervision::{Mode, PostMortem, Supervision};
-use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
+use sim_harness::device::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
 
 /// Start of the image, and its vector table.

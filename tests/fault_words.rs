@@ -15,7 +15,7 @@ use amiro_ipf::driver::OffsetRefusal;
 use amiro_ipf::event::Event;
 use amiro_ipf::fault::Fault;
 use amiro_ipf::wire::{FrameError, WIRE_VERSION};
-use sim_harness::link::{Imbalance, LinkError};
+use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
 use shape::{Named, Shape};

@@ -102,7 +102,7 @@ fn the_memory_budget_is_printed_into_a_closed_pipe_without_a_panic() {
 #[cfg(unix)]
 #[test]
 fn an_endless_file_is_given_up_before_it_fills_the_memory() {
-    let error = sim_harness::link::Image::read(Path::new("/dev/zero")).unwrap_err();
+    let error = sim_harness::device::Image::read(Path::new("/dev/zero")).unwrap_err();
     assert!(
         error.to_string().contains("more than 67108864 bytes"),
         "{error}"

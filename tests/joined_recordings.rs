@@ -9,7 +9,7 @@ use amiro_ipf::input::Input;
 use amiro_ipf::sensor::Sample;
 use amiro_ipf::wire::{Encoder, Outgoing, Terminal, Truth};
 use amiro_ipf::{filter::ParticleSet, node::Node};
-use sim_harness::link::boot_on_host;
+use sim_harness::device::boot_on_host;
 use sim_harness::log::{Place, Reason, Recording, RecordingWriter, read_from};
 use sim_harness::world::Scenario;
 

@@ -22,7 +22,7 @@ use amiro_ipf::wire::{
     Decoder, Encoder, Frame, Message, Outgoing, Received, Terminal, Truth, WIRE_VERSION,
 };
 use sim_harness::bus::RobotBuses;
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Comparison, Equality, FrameTally, LinkError, Verdict, boot_on_host, drive,
     measure_offsets, offsets_in_words, record,
 };

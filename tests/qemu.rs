@@ -12,7 +12,7 @@ use amiro_ipf::health::{BusState, Health};
 use amiro_ipf::input::Input;
 use amiro_ipf::seed::SeedSource;
 use amiro_ipf::sensor::Sample;
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
 };
 use sim_harness::run;

@@ -20,7 +20,7 @@ use amiro_ipf::node::Node;
 use amiro_ipf::sensor::Sample;
 use amiro_ipf::wire::{Encoder, FrameError, MAX_FRAME, Message, Outgoing, Terminal, Truth};
 use proptest::prelude::*;
-use sim_harness::link::{Comparison, boot_on_host};
+use sim_harness::device::{Comparison, boot_on_host};
 use sim_harness::log::{
     Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
 };

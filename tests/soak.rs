@@ -17,7 +17,7 @@ use amiro_ipf::math;
 use amiro_ipf::node::Node;
 use amiro_ipf::random::{Generator, uniform_below};
 use amiro_ipf::sensor::Sample;
-use sim_harness::link::{Board, QemuOptions, drive};
+use sim_harness::device::{Board, QemuOptions, drive};
 
 /// Particles in all: 100 a sensor.
 const N: usize = 800;

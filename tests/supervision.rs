@@ -18,7 +18,7 @@ use amiro_ipf::fault::Fault;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::input::Input;
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
-use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
+use sim_harness::device::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 
 /// A piece of RAM that the image does not need when it is about to die: in the middle of

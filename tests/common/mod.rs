@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use sim_harness::link::{Board, Image, Layout, build_image};
+use sim_harness::device::{Board, Image, Layout, build_image};
 
 /// Says in one line, past the test runner's capture, why a test did not run.
 ///

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use sim_harness::console::{self, Printed};
-use sim_harness::link::{LinkError, RecordError};
+use sim_harness::device::{LinkError, RecordError};
 
 use super::{Ending, Outcome};
 

@@ -1,8 +1,8 @@
 //! The commands of the program, one a file.
 
-mod ailments;
 mod arguments;
 mod calibrate;
+mod connect;
 mod demo;
 mod evaluate;
 mod evaluate_report;
@@ -10,6 +10,7 @@ mod evaluate_robot;
 mod exit_code;
 mod figures;
 mod footprint;
+mod health_text;
 mod image;
 mod map;
 mod offsets;
@@ -20,7 +21,6 @@ mod report;
 mod settings;
 mod simulate;
 mod standstill;
-mod target;
 
 use std::error::Error;
 use std::process::ExitCode;

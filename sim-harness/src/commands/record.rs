@@ -11,12 +11,14 @@ use amiro_ipf::health::Health;
 use amiro_ipf::sensor::SensorMask;
 use clap::Args;
 use sim_harness::console;
-use sim_harness::link::{LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record};
+use sim_harness::device::{
+    LinkError, News, QemuOptions, RecordError, post_mortem_in_words, record,
+};
 
-use super::ailments::{ailments, counters, report_counters, status_counters};
+use super::health_text::{counters, health_text, report_counters, status_counters};
 use super::parts::Parts;
 use super::settings::Settings;
-use super::{Ending, Outcome, arguments, target};
+use super::{Ending, Outcome, arguments, connect};
 
 /// Arguments of `record`.
 #[derive(Debug, Args)]
@@ -46,18 +48,18 @@ pub(super) struct Record {
 impl Record {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        target::check(&self.on, self.baud, None, &[])?;
+        connect::check(&self.on, self.baud, None, &[])?;
         let config = self.settings.apply(None)?;
         let parts = RefCell::new(Parts::new(self.out, self.force, &self.on)?);
-        let mut board = target::reach(
+        let mut board = connect::reach(
             &self.on,
             self.baud,
             None,
             &QemuOptions::default(),
             Some(&config),
         )?;
-        target::greet(&mut board)?;
-        target::check_capacity(&board, &config)?;
+        connect::greet(&mut board)?;
+        connect::check_capacity(&board, &config)?;
         let end = self
             .seconds
             .map(|seconds| Instant::now() + Duration::from_secs(u64::from(seconds)));
@@ -85,7 +87,7 @@ impl Record {
                 }
                 News::Event(Event::Health(health)) => {
                     last_health = *health;
-                    let ailments = ailments(health);
+                    let ailments = health_text(health);
                     if known.is_none() {
                         console::warn(format_args!(
                             "seed {:?}, offsets {:?}",
@@ -103,7 +105,7 @@ impl Record {
                     }
                 }
                 News::Event(Event::Supervision(supervision)) => {
-                    let mode = target::unwell(supervision);
+                    let mode = connect::unwell(supervision);
                     if mode != known_mode {
                         console::warn(mode.as_deref().unwrap_or("the board's mode: Normal"));
                         known_mode = mode;
@@ -144,7 +146,7 @@ impl Record {
             console::print(format_args!("longest step: step_cycles_max {cycles}"));
         }
         if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
-            target::print_unwell(&mut board);
+            connect::print_unwell(&mut board);
         }
         let parts = parts.into_inner();
         let files: Vec<_> = parts

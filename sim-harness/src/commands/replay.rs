@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use amiro_ipf::config::{Config, Source, StepRule};
 use amiro_ipf::event::Event;
 use amiro_ipf::input::Input;
-use amiro_ipf::wire::Truth as TruthMessage;
+use amiro_ipf::wire::{Encoder, Outgoing, Truth as TruthMessage};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim_harness::console;
+use sim_harness::device::{
+    Comparison, Equality, FaultInjector, HOST_NODE_BOOT_ID, LineRun, QemuOptions, Verdict, drive,
+    listen, post_mortem_in_words,
+};
 use sim_harness::evaluation::{DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::Faults;
-use sim_harness::link::{
-    Comparison, Equality, LineRun, LossyLine, QemuOptions, Verdict, drive, listen,
-    post_mortem_in_words,
-};
 use sim_harness::log::{self, Recording, RecordingWriter};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::output;
@@ -26,7 +26,7 @@ use super::footprint::FootprintSwitch;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
 use super::standstill::Standstill;
-use super::{Ending, Outcome, arguments, target};
+use super::{Ending, Outcome, arguments, connect};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -180,7 +180,7 @@ impl Replay {
             ("--count-instructions", self.count_instructions),
             ("--ram-fill", self.ram_fill.is_some()),
         ];
-        target::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
+        connect::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
         if self.has_line_faults() && self.on != "host" {
             return Err("--fault link=... disturbs a run on the host, not on a board".into());
         }
@@ -189,7 +189,7 @@ impl Replay {
     }
 
     fn has_line_faults(&self) -> bool {
-        self.fault.line().iter().next().is_some()
+        !self.fault.line().is_empty()
     }
 
     /// On the host's node; recorded events of the same configuration must be met.
@@ -209,7 +209,10 @@ impl Replay {
                 .any(|event| matches!(event, Event::StepDone(_)));
         let mut survey = Survey::with_footprint(cell_m, self.footprint.radius_m(config));
         let mut events = Kept::new(is_scored);
-        let mut line = LineRun::new(LossyLine::new(self.fault.line(), self.seed_of_faults));
+        let mut line = self
+            .has_line_faults()
+            .then(|| LineRun::new(FaultInjector::new(&self.fault, self.seed_of_faults)));
+        let (mut encoder, mut stream) = (Encoder::new(HOST_NODE_BOOT_ID), Vec::new());
         let mut comparison = Comparison::default();
         let bar = progress("steps", None);
         let mut arrive = |event: &Event| {
@@ -220,18 +223,22 @@ impl Replay {
             if is_recorded {
                 comparison.expect(event);
             }
-            line.send(event, &mut arrive);
+            if let Some(line) = &mut line {
+                line.send(event, &mut arrive);
+            } else {
+                stream.extend_from_slice(encoder.encode(Outgoing::Event(event)));
+                arrive(event);
+            }
             bar.inc(u64::from(matches!(event, Event::StepDone(_))));
         })?;
-        let lines = line.finish(&mut arrive);
+        let arrived = line.map(|line| line.finish(&mut arrive));
         bar.finish_and_clear();
-        if self.has_line_faults() {
-            console::print(format_args!(
-                "{}; {} damaged",
-                lines.frames, lines.line.damaged
-            ));
+        if let Some(arrived) = arrived {
+            let (frames, line) = (arrived.frames, arrived.line);
+            console::print(format_args!("{frames}; {} damaged", line.damaged));
+            frames.balance(line.sent)?;
+            stream = arrived.bytes;
         }
-        lines.frames.balance(lines.line.sent)?;
         warn_of_refused_inputs(&outcome);
         if is_recorded {
             recording
@@ -243,7 +250,7 @@ impl Replay {
             ran_on: "host",
             survey,
             events,
-            stream: lines.bytes,
+            stream,
             comparison: is_recorded.then(|| comparison.verdict_of_recording()),
         })
     }
@@ -265,15 +272,15 @@ impl Replay {
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
-        let mut board = target::reach(
+        let mut board = connect::reach(
             &self.on,
             self.baud,
             self.image.as_deref(),
             &options,
             Some(config),
         )?;
-        target::greet(&mut board)?;
-        target::check_capacity(&board, config)?;
+        connect::greet(&mut board)?;
+        connect::check_capacity(&board, config)?;
         let mut comparison = Comparison::default();
         let outcome = run(config, inputs, |event| comparison.expect(event))?;
         warn_of_refused_inputs(&outcome);

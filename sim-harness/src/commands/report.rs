@@ -5,9 +5,9 @@ use std::path::Path;
 
 use amiro_ipf::config::Config;
 use serde::Serialize;
+use sim_harness::device::Verdict;
 use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
 use sim_harness::figures::{MapPicture, MapServerPair, Picture, Window};
-use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
 use sim_harness::world::Scenario;
 use sim_harness::{Figures, Survey};

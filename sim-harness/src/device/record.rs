@@ -314,7 +314,7 @@ fn reconnect(
     wanted: &mut impl FnMut(News<'_>) -> bool,
 ) -> bool {
     let mut goes_on = !board.is_interrupted() && wanted(News::Vanished(error));
-    board.hang_up();
+    board.disconnect();
     let mut pause = FIRST_RETRY;
     while goes_on {
         let next = Instant::now() + pause;

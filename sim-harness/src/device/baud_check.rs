@@ -10,7 +10,7 @@ const FEWEST: u64 = 256;
 
 /// Watches how much of what comes is no frame.
 #[derive(Clone, Debug, Default)]
-pub(super) struct JunkWatch {
+pub(super) struct BaudCheck {
     since: Option<Instant>,
     good: u64,
     junk: u64,
@@ -18,7 +18,7 @@ pub(super) struct JunkWatch {
     was_reported: bool,
 }
 
-impl JunkWatch {
+impl BaudCheck {
     /// Takes so many bytes of a frame, or of none.
     pub(super) fn take(&mut self, bytes: u64, is_frame: bool, now: Instant) {
         let since = *self.since.get_or_insert(now);
@@ -55,7 +55,7 @@ mod tests {
     fn more_than_half_junk_for_two_seconds_is_said_once_and_less_is_not() {
         for (good, junk, is_junk) in [(50, 51, true), (51, 50, false), (0, 12, false)] {
             let start = Instant::now();
-            let mut watch = JunkWatch::default();
+            let mut watch = BaudCheck::default();
             for tenth in 0..20 {
                 let now = start + Duration::from_millis(100 * tenth);
                 watch.take(good, true, now);
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn junk_that_goes_on_is_said_once() {
         let start = Instant::now();
-        let mut watch = JunkWatch::default();
+        let mut watch = BaudCheck::default();
         let verdicts = (0..100).filter(|tenth| {
             watch.take(100, false, start + Duration::from_millis(100 * tenth));
             watch.take_verdict()

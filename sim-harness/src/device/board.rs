@@ -13,9 +13,9 @@ use amiro_ipf::wire::{
     Decoder, Encoder, Frame, MAX_FRAME, Message, Outgoing, Received, WIRE_VERSION,
 };
 
+use super::baud_check::BaudCheck;
 use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
-use super::junk::JunkWatch;
-use super::{Account, FrameTally, Interrupt, LineTally, LossyLine, MOST_RESETS};
+use super::{FaultInjector, FrameTally, Interrupt, LineTally, LossStats, MOST_RESETS};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
@@ -172,8 +172,8 @@ type Opener = Box<dyn FnMut() -> Result<Ends, LinkError> + Send>;
 
 /// The two directions of a line with faults.
 struct Disturbance {
-    to_board: LossyLine,
-    from_board: LossyLine,
+    to_board: FaultInjector,
+    from_board: FaultInjector,
     since: Instant,
 }
 
@@ -190,8 +190,8 @@ pub struct Board {
     greeted: Option<Answerer>,
     /// Number of the last greeting's frames.
     greeted_as: u16,
-    account: Account,
-    junk: JunkWatch,
+    account: LossStats,
+    junk: BaudCheck,
     /// Bytes since the last piece ended.
     piece_bytes: u64,
     raw: Vec<u8>,
@@ -241,8 +241,8 @@ impl Board {
             numbers: random_numbers(),
             greeted: None,
             greeted_as: 0,
-            account: Account::new(),
-            junk: JunkWatch::default(),
+            account: LossStats::new(),
+            junk: BaudCheck::default(),
             piece_bytes: 0,
             raw: Vec::new(),
             raw_piece: 0,
@@ -255,7 +255,7 @@ impl Board {
 
     /// The board at the other end of a line with faults, one a direction.
     #[must_use]
-    pub fn behind(mut self, to_board: LossyLine, from_board: LossyLine) -> Self {
+    pub fn behind(mut self, to_board: FaultInjector, from_board: FaultInjector) -> Self {
         self.disturbance = Some(Disturbance {
             to_board,
             from_board,
@@ -293,7 +293,7 @@ impl Board {
     }
 
     /// Hangs up: the board goes on alone. [`reconnect`](Self::reconnect) calls again.
-    pub fn hang_up(&mut self) {
+    pub fn disconnect(&mut self) {
         // The old link is closed before a new one is opened: a port opens only once.
         self.transport = Transport::closed();
         self.unread = Vec::new().into_iter();
@@ -305,7 +305,7 @@ impl Board {
     /// # Errors
     /// [`LinkError::Gone`] for a link that cannot be opened again, or why it was not.
     pub fn reconnect(&mut self) -> Result<(), LinkError> {
-        self.hang_up();
+        self.disconnect();
         let (reader, writer) = self.opener.as_mut().ok_or(LinkError::Gone)?()?;
         self.transport = Transport::over(reader, writer, ());
         if self.decoder.is_inside_frame() {
@@ -386,7 +386,7 @@ impl Board {
                 }
                 if let Some(board) = greeting.take(&frame, number) {
                     check_version(&board.boot)?;
-                    self.account = Account::after(&frame);
+                    self.account = LossStats::after(&frame);
                     self.greeted_as = number;
                     return Ok(board);
                 }
@@ -424,7 +424,7 @@ impl Board {
     /// Begins the account anew behind this frame: what became of frames before it is of
     /// another run.
     pub(super) fn begin_account(&mut self, frame: &Frame) {
-        self.account = Account::after(frame);
+        self.account = LossStats::after(frame);
     }
 
     /// The offsets that the board had when it was greeted; `None` if it had none yet.
@@ -580,7 +580,7 @@ impl Board {
                 return Ok(Some(arrived));
             }
             let next = [&lines.to_board, &lines.from_board];
-            for due in next.into_iter().filter_map(LossyLine::next_arrival) {
+            for due in next.into_iter().filter_map(FaultInjector::next_arrival) {
                 patience = patience.min(due.saturating_sub(now));
             }
         }

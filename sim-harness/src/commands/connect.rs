@@ -9,7 +9,7 @@ use amiro_ipf::board::budget::CAPACITY;
 use amiro_ipf::config::Config;
 use amiro_ipf::event::Event;
 use amiro_ipf::supervision::{ImageCheck, Mode, Supervision};
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
 };
 use sim_harness::{RunError, console};
