@@ -16,6 +16,7 @@ mod map;
 mod offsets;
 mod parts;
 mod record;
+mod record_log;
 mod replay;
 mod report;
 mod settings;

@@ -74,7 +74,7 @@ pub fn drive(
             return Err(LinkError::Restarted { input: first });
         }
         if is_in_other_run && matches!(frame.message, Message::Event(Event::Configured(_))) {
-            board.begin_account(&frame);
+            board.begin_loss_stats(&frame);
         }
         let Message::Event(event) = frame.message else {
             continue;
