@@ -247,7 +247,7 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
         "crate::mapping",
         "crate::world",
         "crate::log",
-        "crate::link",
+        "crate::device",
         "crate::pipeline",
         "crate::evaluation",
         "crate::report",
@@ -263,7 +263,7 @@ fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
     assert_never_names("sim-harness/src/world", &filters);
     assert_never_names(
         "sim-harness/src/pipeline.rs",
-        &["crate::world", "crate::link"],
+        &["crate::world", "crate::device"],
     );
 }
 

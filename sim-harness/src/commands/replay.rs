@@ -8,10 +8,10 @@ use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Input, Source, StepRule};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use sim_harness::device::{Board, Equality, QemuOptions, post_mortem_in_words};
 use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::{Faults, NotOnInputs};
-use sim_harness::link::{Board, Equality, QemuOptions, post_mortem_in_words};
 use sim_harness::log::{Overview, StoredRecording};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::world::{Scenario, ScenarioError};
@@ -22,7 +22,7 @@ use super::replay_run::{Plan, Replayed, on_board, on_host};
 use super::replay_stream;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
-use super::{Ending, Outcome, arguments, target};
+use super::{Ending, Outcome, arguments, connect};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -129,7 +129,7 @@ impl Replay {
             ("--count-instructions", self.count_instructions),
             ("--ram-fill", self.ram_fill.is_some()),
         ];
-        target::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
+        connect::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
         if self.has_line_faults() && self.on != "host" {
             return Err("--fault link=... disturbs a run on the host, not on a board".into());
         }
@@ -156,7 +156,7 @@ impl Replay {
     }
 
     pub(super) fn has_line_faults(&self) -> bool {
-        self.fault.line().iter().next().is_some()
+        !self.fault.line().is_empty()
     }
 
     /// The recorded inputs with the faults and ticks that were asked for.
@@ -182,13 +182,19 @@ impl Replay {
     }
 
     /// The board or emulator that was asked for.
-    pub(super) fn board(&self) -> Result<Board, Box<dyn Error>> {
+    pub(super) fn board(&self, config: &Config) -> Result<Board, Box<dyn Error>> {
         let options = QemuOptions {
             count_instructions: self.count_instructions,
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
-        target::reach(&self.on, self.baud, self.image.as_deref(), &options)
+        connect::reach(
+            &self.on,
+            self.baud,
+            self.image.as_deref(),
+            &options,
+            Some(config),
+        )
     }
 
     /// Writes the files, then prints what was found.

@@ -3,16 +3,18 @@
 use std::cell::RefCell;
 use std::error::Error;
 
-use amiro_ipf::link::Message;
+use amiro_ipf::link::{Encoder, Message};
 use amiro_ipf::node::{Config, Event, Input};
-use sim_harness::link::{Comparison, LineRun, LossyLine, Verdict, drive_streamed, listen};
+use sim_harness::device::{
+    Comparison, FaultInjector, HOST_NODE_BOOT_ID, LineRun, Verdict, drive_streamed, listen,
+};
 use sim_harness::log::StoredRecording;
 use sim_harness::spool::{EventSpool, Spool};
 use sim_harness::{RunOutcome, Survey, console, run_streamed};
 
+use super::connect;
 use super::replay::{Replay, progress};
 use super::standstill::StandstillCheck;
-use super::target;
 
 /// Cycles of a core that an emulator lets run at one instruction a nanosecond.
 const NANOSECONDS_PER_CYCLE: f64 = 1e9 / 168e6;
@@ -71,7 +73,10 @@ pub(super) fn on_host(
     let is_recorded = overview.config.is_some() && overview.steps > 0 && replay.is_as_recorded();
     let mut survey = replay.survey(plan);
     let mut events = KeptEvents::new(plan.is_scored);
-    let mut line = LineRun::new(LossyLine::new(replay.fault.line(), replay.seed_of_faults));
+    let mut line = replay
+        .has_line_faults()
+        .then(|| LineRun::new(FaultInjector::new(&replay.fault, replay.seed_of_faults)));
+    let mut encoder = Encoder::new(HOST_NODE_BOOT_ID);
     let mut answered = Spool::default();
     let mut comparison = Comparison::default();
     let mut standstill = StandstillCheck::default();
@@ -88,21 +93,24 @@ pub(super) fn on_host(
         if is_recorded {
             comparison.expect(event);
         }
-        line.send(event, &mut arrive);
-        line.move_bytes(&mut answered);
+        if let Some(line) = &mut line {
+            line.send(event, &mut arrive);
+            line.move_bytes(&mut answered);
+        } else {
+            answered.write(encoder.encode(event));
+            arrive(event);
+        }
     };
     let outcome = run_streamed(plan.config, replayed, on_event, |_, _| ())?;
     inputs.finish()?;
-    let lines = line.finish(&mut arrive);
-    answered.write(&lines.bytes);
+    let arrived = line.map(|line| line.finish(&mut arrive));
     bar.finish_and_clear();
-    if replay.has_line_faults() {
-        console::print(format_args!(
-            "{}; {} damaged",
-            lines.frames, lines.line.damaged
-        ));
+    if let Some(arrived) = arrived {
+        answered.write(&arrived.bytes);
+        let (frames, line) = (arrived.frames, arrived.line);
+        console::print(format_args!("{frames}; {} damaged", line.damaged));
+        frames.balance(line.sent)?;
     }
-    lines.frames.balance(lines.line.sent)?;
     warn_of_refused_inputs(&outcome);
     if is_recorded {
         let bar = progress("compared", Some(recording.length()));
@@ -129,9 +137,9 @@ pub(super) fn on_board(
     plan: &Plan<'_>,
     recording: &mut StoredRecording,
 ) -> Result<Replayed, Box<dyn Error>> {
-    let mut board = replay.board()?;
-    target::greet(&mut board)?;
-    target::check_capacity(&board, plan.config)?;
+    let mut board = replay.board(plan.config)?;
+    connect::greet(&mut board)?;
+    connect::check_capacity(&board, plan.config)?;
     let mut comparison = Comparison::default();
     let standstill = expect_host(replay, plan, recording, &mut comparison)?;
     let comparison = RefCell::new(comparison);

@@ -313,7 +313,7 @@ mod tests {
         let mut board = Encoder::new(7);
         for message in [
             Message::Input(tick(90)),
-            Message::Boot(crate::link::boot_on_host(800)),
+            Message::Boot(crate::device::boot_on_host(800)),
             Message::Event(Event::OdometryReset { stamp_us: 1 }),
             Message::Event(Event::Configured(config)),
             Message::Input(tick(10)),

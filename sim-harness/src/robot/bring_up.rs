@@ -3,8 +3,7 @@
 use amiro_ipf::driver::{DEFAULT_OFFSET, OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::model::{SENSORS, SensorMask};
 
-use super::scripted::plug;
-use crate::bus::{RobotBuses, SensorFault};
+use crate::bus::{RobotBuses, SensorFault, on_sensor};
 
 /// Raw counts of the robot's sensors with nothing in range; its memory holds them.
 ///
@@ -21,7 +20,8 @@ pub(super) fn buses(plugged: SensorMask) -> RobotBuses {
             OFFSETS.get(sensor).copied().unwrap_or(DEFAULT_OFFSET),
         );
         if !plugged.contains(sensor) {
-            plug(&mut buses, sensor, SensorFault::Unplugged, 0);
+            let unplugged = on_sensor(sensor, SensorFault::Unplugged);
+            buses.bus_of_mut(sensor).script.from_time(0, unplugged);
         }
     }
     let offsets = Offsets {

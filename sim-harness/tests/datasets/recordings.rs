@@ -16,7 +16,7 @@ use amiro_ipf::link::{
 use amiro_ipf::model::{Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Event, Input, Node, SampleSelection, Source, StepRule};
 use proptest::prelude::*;
-use sim_harness::link::{Comparison, boot_on_host};
+use sim_harness::device::{Comparison, boot_on_host};
 use sim_harness::log::{
     Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
 };

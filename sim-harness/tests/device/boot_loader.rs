@@ -6,7 +6,7 @@ use amiro_ipf::link::Message;
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Input};
 use amiro_ipf::supervision::{Mode, PostMortem, Supervision};
-use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
+use sim_harness::device::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
 
 use crate::common;

@@ -12,7 +12,7 @@ use amiro_ipf::driver::OffsetRefusal;
 use amiro_ipf::link::{Boot, FrameError, Health, Message, OffsetReport, Status, WIRE_VERSION};
 use amiro_ipf::node::{Config, Event, Fault, Particles, StepBegun, StepDone};
 use amiro_ipf::supervision::{PostMortem, Supervision};
-use sim_harness::link::{Imbalance, LinkError};
+use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
 use shape::{Named, Shape};
@@ -193,6 +193,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
+        LinkError::KeepsResetting { resets: 100 },
         LinkError::Refused(Fault::SafeMode),
         LinkError::Restarted { input: 12 },
     ];
@@ -208,6 +209,7 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }
             | LinkError::Silent
+            | LinkError::KeepsResetting { .. }
             | LinkError::Refused(_)
             | LinkError::Restarted { .. } => {}
         }

@@ -14,7 +14,7 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Fault, Input, Source, StepRule};
 use amiro_ipf::supervision::{Cause, ImageCheck, Mode, PostMortem, ResetCause, Supervision};
-use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
+use sim_harness::device::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 
 use crate::common;

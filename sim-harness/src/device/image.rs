@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use amiro_ipf::checksum::CRC;
+use amiro_ipf::filter::ParticleSet;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
@@ -35,6 +36,8 @@ const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
 /// Longest ELF file that is read: the flash's megabyte and many times that of symbols.
 const MOST_BYTES: u64 = 64 << 20;
+/// What RTIC calls the particle set of the main task.
+const PARTICLES: &str = "__rtic_internal_local_init_particles";
 /// An image that lost its linker script is all but empty.
 const LEAST_TEXT: u64 = 10_000;
 
@@ -143,6 +146,8 @@ pub struct Image {
     mark: Option<u64>,
     /// Names and addresses.
     symbols: Vec<(String, u64)>,
+    /// Bytes of the particle set; `None` for an image without symbols.
+    particle_bytes: Option<u64>,
 }
 
 #[derive(Clone, Debug)]
@@ -203,6 +208,10 @@ impl Image {
             mark: file
                 .symbol_by_name("IMAGE_MARK")
                 .map(|symbol| symbol.address()),
+            particle_bytes: file
+                .symbols()
+                .find(|symbol| symbol.name().is_ok_and(|name| name.contains(PARTICLES)))
+                .map(|symbol| symbol.size()),
             symbols: file
                 .symbols()
                 .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address())))
@@ -253,6 +262,13 @@ impl Image {
             .iter()
             .find(|(name, _)| wanted(name))
             .map(|(_, address)| *address)
+    }
+
+    /// Number of particles for which the image has room, as its symbols say.
+    #[must_use]
+    pub fn capacity(&self) -> Option<usize> {
+        let bytes = usize::try_from(self.particle_bytes?).ok()?;
+        Some(bytes / size_of::<ParticleSet<1>>())
     }
 
     fn section(&self, name: &str) -> Option<&Section> {
