@@ -21,11 +21,8 @@ const LONG_FILES: &[(&str, usize)] = &[
     ("sim-harness/src/commands/evaluate.rs", 291),
     ("sim-harness/src/commands/evaluate_report.rs", 244),
     ("sim-harness/src/commands/map.rs", 178),
-    ("sim-harness/src/commands/record.rs", 175),
-    ("sim-harness/src/commands/replay.rs", 509),
-    ("sim-harness/src/commands/replayed.rs", 219),
+    ("sim-harness/src/commands/replay.rs", 373),
     ("sim-harness/src/commands/simulate.rs", 195),
-    ("sim-harness/src/link/board.rs", 642),
 ];
 
 /// Names that more than one type has, with the most types that each may name. An entry
@@ -42,10 +39,9 @@ const SHARED_NAMES: &[(&str, usize)] = &[
     ("Figures", 2),
     ("Frame", 2),
     ("Image", 2),
-    ("Keys", 4),
+    ("Keys", 3),
     ("Light", 2),
     ("Line", 4),
-    ("LineFault", 2),
     ("Map", 2),
     ("Mark", 2),
     ("Measurement", 2),
@@ -56,7 +52,7 @@ const SHARED_NAMES: &[(&str, usize)] = &[
     ("Offsets", 2),
     ("Outcome", 4),
     ("Phase", 2),
-    ("Place", 3),
+    ("Place", 2),
     ("Point", 2),
     ("Record", 3),
     ("Register", 3),
@@ -77,11 +73,9 @@ const SHARED_NAMES: &[(&str, usize)] = &[
     ("Tally", 2),
     ("Timing", 2),
     ("Transaction", 3),
-    ("Trouble", 2),
     ("Truth", 2),
     ("Verdict", 2),
-    ("Window", 3),
-    ("Word", 2),
+    ("Window", 2),
 ];
 
 /// Every Rust file below a folder or the file itself, with its text up to its tests;

@@ -54,7 +54,7 @@ impl Outages {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct PlannedFault {
     when: When,
     fault: Fault,
 }
@@ -109,7 +109,7 @@ impl Random {
 /// byte is one. Times are nanoseconds since then.
 #[derive(Clone, Debug, Default)]
 pub struct Script {
-    entries: Vec<Entry>,
+    entries: Vec<PlannedFault>,
     random: Option<Random>,
     /// Random faults that come only between two times.
     bursts: Vec<(Range<u64>, Random)>,
@@ -161,7 +161,7 @@ impl Script {
     }
 
     fn add(&mut self, when: When, fault: Fault) {
-        self.entries.push(Entry { when, fault });
+        self.entries.push(PlannedFault { when, fault });
     }
 
     pub(super) fn count_hit(&mut self) {

@@ -17,6 +17,7 @@ mod parts;
 mod record;
 mod record_log;
 mod replay;
+mod replay_on_board;
 mod replay_run;
 mod replay_stream;
 mod report;

@@ -18,7 +18,7 @@ const MOST_NAMES: u32 = 10_000;
 /// except the first one where the user asked to replace it. `/dev/null` and the process's
 /// own streams may be written to; another device is refused, the board's port above all.
 #[derive(Debug)]
-pub(super) struct Parts {
+pub(super) struct RecordingParts {
     first: PathBuf,
     replaces: bool,
     /// What was opened so far.
@@ -26,7 +26,7 @@ pub(super) struct Parts {
     next_number: u32,
 }
 
-impl Parts {
+impl RecordingParts {
     /// Parts that begin with this file, of the board at `port`; `replaces` it if it exists.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use clap::Args;
 use sim_harness::console;
 use sim_harness::device::{LinkError, QemuOptions, RecordError, record};
 
-use super::parts::Parts;
+use super::parts::RecordingParts;
 use super::record_log::RecordLog;
 use super::settings::Settings;
 use super::{Ending, Outcome, arguments, connect};
@@ -45,7 +45,7 @@ impl Record {
     pub(super) fn run(self) -> Outcome {
         connect::check(&self.on, self.baud, None, &[])?;
         let config = self.settings.apply(None)?;
-        let parts = RefCell::new(Parts::new(self.out, self.force, &self.on)?);
+        let parts = RefCell::new(RecordingParts::new(self.out, self.force, &self.on)?);
         let mut board = connect::reach(
             &self.on,
             self.baud,

@@ -18,7 +18,8 @@ use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output, pipeline};
 
 use super::footprint::FootprintSwitch;
-use super::replay_run::{Plan, Replayed, on_board, on_host};
+use super::replay_on_board::on_board;
+use super::replay_run::{Plan, Replayed, on_host};
 use super::replay_stream;
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;

@@ -9,8 +9,8 @@ use amiro_ipf::filter::ParticleSet;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
+use super::ImageError;
 use crate::bounded::read_at_most;
-use crate::escape::whole_escaped;
 
 /// Where the image lies in flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,35 +68,6 @@ impl fmt::Display for Layout {
         }
     }
 }
-
-/// Why there is no image.
-#[derive(Debug)]
-pub enum ImageError {
-    /// Cargo could not be run or failed.
-    Build(String),
-    /// The file cannot be read.
-    Read(PathBuf, std::io::Error),
-    /// The file is no ELF file of this target.
-    NotAnImage(PathBuf, String),
-}
-
-impl fmt::Display for ImageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Build(reason) => write!(f, "the flash image was not built: {reason}"),
-            Self::Read(path, error) => write!(f, "{}: {error}", shown(path)),
-            Self::NotAnImage(path, reason) => {
-                write!(f, "{}: no flash image: {reason}", shown(path))
-            }
-        }
-    }
-}
-
-fn shown(path: &Path) -> String {
-    whole_escaped(path.to_string_lossy().chars())
-}
-
-impl std::error::Error for ImageError {}
 
 /// Builds the flash image from the sources that this harness was built from; its path.
 ///

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use super::amiro_text::Lines;
+use super::amiro_text::TextLines;
 use super::rules::{Entry, Rules};
 use super::source::Source;
 use super::stream::Frames;
@@ -21,7 +21,7 @@ pub(super) struct Entries<R> {
 /// The pieces that a source is cut into.
 #[derive(Debug)]
 enum Pieces {
-    Lines(Lines),
+    Lines(TextLines),
     Frames(Frames),
 }
 
@@ -38,7 +38,7 @@ impl<R: Read> Entries<R> {
             source,
             rules: Rules::new(format, room),
             pieces: match format {
-                Format::AmiroText => Pieces::Lines(Lines::default()),
+                Format::AmiroText => Pieces::Lines(TextLines::default()),
                 Format::Stream => Pieces::Frames(Frames::default()),
             },
             is_at_end: false,

@@ -57,7 +57,7 @@ enum Run {
 
 /// Entries that are used so far.
 #[derive(Clone, Copy, Debug, Default)]
-struct Counts {
+struct EntryCounts {
     inputs: u64,
     /// Of these the board's own, while it has not taken the configuration.
     early: u64,
@@ -67,7 +67,7 @@ struct Counts {
     true_poses: u64,
 }
 
-impl Counts {
+impl EntryCounts {
     /// Memory that these take where they are collected, bytes.
     fn bytes(&self) -> u64 {
         self.inputs * size_of::<Input>() as u64
@@ -108,7 +108,7 @@ pub(super) struct Rules {
     pub(super) refusals: Refusals,
     run: Run,
     passed: VecDeque<Entry>,
-    counts: Counts,
+    counts: EntryCounts,
     last_of_host: [Option<(u64, Input)>; KINDS],
     last_of_board: [Option<(u64, Input)>; KINDS],
     last_true_pose: Option<(u64, Pose)>,
@@ -129,7 +129,7 @@ impl Rules {
             refusals: Refusals::default(),
             run: Run::Unknown,
             passed: VecDeque::new(),
-            counts: Counts::default(),
+            counts: EntryCounts::default(),
             last_of_host: [None; KINDS],
             last_of_board: [None; KINDS],
             last_true_pose: None,

@@ -45,7 +45,7 @@ struct FaultTexts {
 
 /// What comes in pieces.
 #[derive(Debug, Default)]
-struct Pieces {
+struct ChunkedTexts {
     scenario: Scenario,
     faults: FaultTexts,
 }
@@ -54,7 +54,7 @@ struct Pieces {
 #[derive(Debug, Default)]
 pub(super) struct Frames {
     sequences: Sequences,
-    pieces: Pieces,
+    pieces: ChunkedTexts,
     bytes: Vec<u8>,
     /// The frame that is read, before it is decoded in place.
     encoded: Vec<u8>,
@@ -129,7 +129,7 @@ impl Frames {
             }
             if continuity == Continuity::Earlier {
                 // A recording that ended before its configuration lies in front.
-                self.pieces = Pieces::default();
+                self.pieces = ChunkedTexts::default();
                 rules.forget_truth(place);
             }
         }
@@ -138,7 +138,7 @@ impl Frames {
 
     /// Takes what came in pieces, at the end of the source.
     pub(super) fn finish(&mut self, rules: &mut Rules) {
-        let Pieces { scenario, faults } = std::mem::take(&mut self.pieces);
+        let ChunkedTexts { scenario, faults } = std::mem::take(&mut self.pieces);
         scenario.finish(rules);
         faults.finish(rules);
     }
@@ -172,7 +172,7 @@ fn report(rules: &mut Rules, place: Place, sequence: u16, continuity: Continuity
 
 fn take(
     rules: &mut Rules,
-    pieces: &mut Pieces,
+    pieces: &mut ChunkedTexts,
     place: Place,
     (sender, message): (Sender, Message),
 ) -> ControlFlow<()> {
