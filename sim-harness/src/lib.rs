@@ -4,7 +4,7 @@
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 //!
 //! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
-//! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
+//! the node turns them into events ([`run`]) or a board does ([`device`]); a mapper
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
 //! and written ([`report`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.

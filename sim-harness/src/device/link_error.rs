@@ -18,7 +18,7 @@ pub enum LinkError {
     Write(std::io::Error),
     /// It closed the stream: the device is gone, not silent.
     Gone,
-    /// The user ended the program: see [`Interrupt`].
+    /// The user ended the program: see [`Interrupt`](super::Interrupt).
     Interrupted,
     /// It said nothing that can be read within the deadline.
     NoBoot,
