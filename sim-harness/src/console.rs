@@ -11,9 +11,11 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use crate::escape::{lines_escaped, whole_escaped};
+use crate::output::is_same_device;
 
 /// What became of what was printed to standard output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,13 +48,18 @@ pub fn print_text(text: impl Display) {
 
 /// Writes bytes that are no text, such as a recording, to standard output as they are.
 ///
-/// A reader that closes it ends this quietly, and [`printed`] says so.
+/// A reader that closes it ends this quietly, and [`printed`] says so. A standard output
+/// that was closed before the start is reported as one that failed.
 ///
 /// # Errors
 /// What else keeps `fill` from writing.
 #[expect(clippy::disallowed_methods, reason = "the one module that may")]
 pub fn print_bytes(fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if STDOUT.printed() != Printed::Whole {
+        return Ok(());
+    }
+    if is_stdout_missing() {
+        fail(&io::Error::other("it is closed"));
         return Ok(());
     }
     let mut writer = io::BufWriter::new(io::stdout().lock());
@@ -113,6 +120,18 @@ pub fn printed() -> Printed {
         fail(&error);
     }
     STDOUT.printed()
+}
+
+/// Whether the program was started without a standard output.
+///
+/// Rust's start code then opens `/dev/null` for reading and writing in its place; a shell's
+/// `> /dev/null` is for writing only. Where there is no `/proc` this is not found out.
+fn is_stdout_missing() -> bool {
+    let flags = std::fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
+    let flags = flags.lines().find_map(|line| line.strip_prefix("flags:"));
+    // Octal; the last two bits are 2 for reading and writing.
+    let is_for_both = flags.is_some_and(|flags| flags.ends_with(['2', '6']));
+    is_for_both && is_same_device(Path::new("/dev/stdout"), Path::new("/dev/null"))
 }
 
 fn line_escaped(line: &str) -> String {

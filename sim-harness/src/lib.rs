@@ -4,7 +4,7 @@
 //! the filter itself is `amiro-ipf`, the same code that the board runs.
 //!
 //! A datum's way: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
-//! the node turns them into events ([`run`]) or a board does ([`link`]); a mapper
+//! the node turns them into events ([`run`]) or a board does ([`device`]); a mapper
 //! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
 //! and written ([`report`], [`output`]). The law that all of it rests on is fitted to
 //! measured counts ([`calibration`]). The `ipf` program's commands join these.
@@ -24,6 +24,7 @@ pub mod bus;
 pub mod calibration;
 pub mod console;
 pub mod datasets;
+pub mod device;
 pub mod drive;
 mod escape;
 pub mod evaluation;
@@ -31,7 +32,6 @@ pub mod faults;
 mod filter_config;
 pub mod geometry;
 pub mod lattice;
-pub mod link;
 pub mod log;
 pub mod mapping;
 pub mod output;

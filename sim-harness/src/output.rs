@@ -14,6 +14,71 @@ use tempfile::NamedTempFile;
 use crate::escape::whole_escaped;
 use crate::log::{DECIDING_BYTES, is_of_a_robot};
 
+/// What stands at a path that is neither a file nor a folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Special {
+    /// A pipe with a name in a folder: opening it waits for a reader.
+    NamedPipe,
+    /// A stream that this process has open: `/dev/stdout`, `/dev/fd/N`.
+    OwnStream,
+    /// `/dev/null`.
+    Null,
+    /// Any other device, or a socket.
+    Device,
+}
+
+impl Special {
+    /// What stands at a path; `None` for nothing, a file or a folder.
+    #[must_use]
+    pub fn at(path: &Path) -> Option<Self> {
+        let found = fs::metadata(path).ok()?;
+        if found.is_file() || found.is_dir() {
+            return None;
+        }
+        let is_own = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc/self/fd"]
+            .iter()
+            .any(|own| path.starts_with(own));
+        Some(if is_own {
+            Self::OwnStream
+        } else if is_same_device(path, Path::new("/dev/null")) {
+            Self::Null
+        } else if is_pipe(&found) {
+            Self::NamedPipe
+        } else {
+            Self::Device
+        })
+    }
+}
+
+/// Whether two paths lead to the same character device, under one name or two.
+#[must_use]
+pub fn is_same_device(one: &Path, other: &Path) -> bool {
+    let numbers = |path| fs::metadata(path).ok().as_ref().and_then(device_number);
+    numbers(one).is_some_and(|one| numbers(other) == Some(one))
+}
+
+#[cfg(unix)]
+fn is_pipe(found: &fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&found.file_type())
+}
+
+#[cfg(unix)]
+fn device_number(found: &fs::Metadata) -> Option<u64> {
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    let is_device = found.file_type().is_char_device();
+    is_device.then(|| found.rdev())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_found: &fs::Metadata) -> bool {
+    false
+}
+
+#[cfg(not(unix))]
+fn device_number(_found: &fs::Metadata) -> Option<u64> {
+    None
+}
+
 /// A file that could not be written, and why.
 #[derive(Debug)]
 pub struct WriteError {
@@ -122,12 +187,15 @@ pub fn check_folder_of(path: &Path) -> Result<(), WriteError> {
 /// Checks, before the work, that a file can be written; leaves nothing behind.
 ///
 /// # Errors
-/// It is a folder, or its folder is missing, none, or not writable.
+/// It is a folder or a named pipe, or its folder is missing, none, or not writable.
 pub fn check_file(path: &Path) -> Result<(), WriteError> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err(error_of(path, io::ErrorKind::IsADirectory.into())),
-        // What is a device or a pipe shows when it is written to.
-        Ok(found) if !found.is_file() => Ok(()),
+        Ok(found) if !found.is_file() => match Special::at(path) {
+            Some(Special::NamedPipe) => Err(error_of(path, named_pipe())),
+            // What is wrong with a device shows when it is written to.
+            _ => Ok(()),
+        },
         Ok(_) => {
             let target = fs::canonicalize(path).map_err(|cause| error_of(path, cause))?;
             create_beside(&target)
@@ -169,6 +237,12 @@ pub fn check_folder(folder: &Path) -> Result<(), WriteError> {
 /// What the system reports.
 pub fn create_folder(folder: &Path) -> Result<(), WriteError> {
     fs::create_dir_all(folder).map_err(|cause| error_of(folder, cause))
+}
+
+/// Why a named pipe is not written to.
+#[must_use]
+pub fn named_pipe() -> io::Error {
+    io::Error::other("is a named pipe, which would wait for a reader: use a file or /dev/stdout")
 }
 
 fn error_of(path: &Path, cause: io::Error) -> WriteError {

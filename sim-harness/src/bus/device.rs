@@ -28,7 +28,7 @@ pub trait Device {
     }
 
     /// A fault strikes; whether it made a difference, which another part's does not.
-    fn suffer(&mut self, _fault: Fault, _now_ns: u64) -> bool {
+    fn inject(&mut self, _fault: Fault, _now_ns: u64) -> bool {
         false
     }
 }

@@ -272,7 +272,7 @@ impl<P: Device> FakeBus<P> {
         if !self.struck {
             self.struck = true;
             for fault in self.script.strikes(self.bytes, self.now_ns) {
-                self.suffer(fault);
+                self.inject(fault);
             }
         }
         if self.scl_is_low() {
@@ -290,7 +290,7 @@ impl<P: Device> FakeBus<P> {
         Ok(begun_ns)
     }
 
-    fn suffer(&mut self, fault: Fault) {
+    fn inject(&mut self, fault: Fault) {
         let struck = match fault {
             // Counted where they tell.
             Fault::NoAcknowledge => {
@@ -310,7 +310,7 @@ impl<P: Device> FakeBus<P> {
                 self.scl_until_ns = self.scl_until_ns.max(until_ns);
                 for_ns > 0
             }
-            Fault::Mux(_) | Fault::Sensor { .. } => self.parts.suffer(fault, self.now_ns),
+            Fault::Mux(_) | Fault::Sensor { .. } => self.parts.inject(fault, self.now_ns),
         };
         if struck {
             self.script.count_hit();

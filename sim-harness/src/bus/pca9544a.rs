@@ -131,7 +131,7 @@ impl<D: Device> Device for Pca9544aModel<D> {
         self.behind.iter().any(Device::interrupts)
     }
 
-    fn suffer(&mut self, fault: Fault, now_ns: u64) -> bool {
+    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
         match fault {
             Fault::Mux(MuxFault::WriteLost) => {
                 self.deaf = self.addressed == Some(false);
@@ -149,7 +149,7 @@ impl<D: Device> Device for Pca9544aModel<D> {
             Fault::Sensor { channel, .. } => self
                 .behind
                 .get_mut(usize::from(channel))
-                .is_some_and(|part| part.suffer(fault, now_ns)),
+                .is_some_and(|part| part.inject(fault, now_ns)),
             _ => false,
         }
     }
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn faults_count_only_where_they_change_something() {
         let mut mux = mux();
-        let strike = |mux: &mut Pca9544aModel<Tag>, fault| mux.suffer(Fault::Mux(fault), 0);
+        let strike = |mux: &mut Pca9544aModel<Tag>, fault| mux.inject(Fault::Mux(fault), 0);
         assert!(!strike(&mut mux, MuxFault::Reset), "nothing to forget");
         assert!(!strike(&mut mux, MuxFault::WriteLost), "not spoken to");
         select(&mut mux, 0x04);

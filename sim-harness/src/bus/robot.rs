@@ -79,8 +79,8 @@ impl Device for RobotParts {
         self.mux.interrupts()
     }
 
-    fn suffer(&mut self, fault: Fault, now_ns: u64) -> bool {
-        self.mux.suffer(fault, now_ns)
+    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
+        self.mux.inject(fault, now_ns)
     }
 }
 

@@ -54,12 +54,12 @@ impl Outages {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct ScriptedFault {
+struct PlannedFault {
     when: When,
     fault: Fault,
 }
 
-/// Faults out of nowhere: the property tests' weather.
+/// Faults at random distances.
 #[derive(Clone, Debug)]
 pub struct Random {
     kinds: Vec<Fault>,
@@ -103,16 +103,16 @@ impl Random {
     }
 }
 
-/// The faults that a bus is to suffer.
+/// The faults that a bus is to inject.
 ///
 /// Bytes are counted since the bus's power came up, from 0; each address and each data
 /// byte is one. Times are nanoseconds since then.
 #[derive(Clone, Debug, Default)]
 pub struct Script {
-    entries: Vec<ScriptedFault>,
+    entries: Vec<PlannedFault>,
     random: Option<Random>,
     /// Random faults that come only between two times.
-    storms: Vec<(Range<u64>, Random)>,
+    bursts: Vec<(Range<u64>, Random)>,
     hits: u64,
 }
 
@@ -139,7 +139,7 @@ impl Script {
 
     /// Faults at random between two times, beside all others.
     pub fn at_random_between(&mut self, from_ns: u64, to_ns: u64, random: Random) {
-        self.storms.push((from_ns..to_ns, random));
+        self.bursts.push((from_ns..to_ns, random));
     }
 
     /// Faults at random from now on, instead of others of this kind; `None` for no more.
@@ -151,7 +151,7 @@ impl Script {
     pub fn clear(&mut self) {
         self.entries.clear();
         self.random = None;
-        self.storms.clear();
+        self.bursts.clear();
     }
 
     /// How many faults have struck where they made a difference.
@@ -161,7 +161,7 @@ impl Script {
     }
 
     fn add(&mut self, when: When, fault: Fault) {
-        self.entries.push(ScriptedFault { when, fault });
+        self.entries.push(PlannedFault { when, fault });
     }
 
     pub(super) fn count_hit(&mut self) {
@@ -191,7 +191,7 @@ impl Script {
         if let Some(random) = &mut self.random {
             faults.extend(random.strikes(byte));
         }
-        for (when_ns, random) in &mut self.storms {
+        for (when_ns, random) in &mut self.bursts {
             if when_ns.contains(&now_ns) {
                 faults.extend(random.strikes(byte));
             }
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_storm_ends_with_its_time() {
+    fn a_burst_ends_with_its_time() {
         let mut script = Script::default();
         script.at_random_between(10, 20, Random::new(vec![LOST], 1..=1, 1));
         let struck = (0..30).filter(|byte| !script.strikes(*byte, *byte).is_empty());

@@ -4,14 +4,15 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use sim_harness::console::{self, Printed};
-use sim_harness::link::{LinkError, RecordError};
+use sim_harness::device::{LinkError, RecordError};
 
 use super::{Ending, Outcome};
 
 /// Each exit code and what it means; the help and `docs/faults.md` list the same.
 pub(super) const EXIT_CODES: &str = "\
 Exit codes:
-  0  done; also record that was interrupted (SIGINT, SIGTERM) while it recorded
+  0  done; also record that was interrupted (SIGINT, SIGTERM) while it recorded, or whose
+     board sent nothing for 2 s
   1  done, and what was to be shown does not hold: replay says DIFFERENT, offsets refused
      a sensor or no measurement was reported, image has problems, evaluate --check misses
      a threshold
@@ -21,7 +22,7 @@ Exit codes:
   4  replay says EQUAL with particle messages lost: all digests were met, and the map is
      the host's own
   5  done, and the files are whole, but standard output could not be written
-  6  record ended because the board was reset too often; what was recorded is whole
+  6  the board was reset too often to be greeted or recorded; what was recorded is whole
 130  interrupted while it used a board, before it was done";
 
 /// The exit code of a command that ended.
@@ -39,6 +40,7 @@ pub(super) fn of(outcome: Outcome) -> ExitCode {
             match link_error(&*error) {
                 Some(LinkError::Version { .. }) => 3,
                 Some(LinkError::Interrupted) => 130,
+                Some(LinkError::KeepsResetting { .. }) => 6,
                 _ if is_reset_too_often(&*error) => 6,
                 _ => 2,
             }

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sim_harness::link::{Layout, build_image, to_s_records};
+use sim_harness::device::{Layout, build_image, to_s_records};
 use sim_harness::{console, output};
 
 use super::{Ending, Outcome, arguments};
@@ -52,7 +52,7 @@ impl Image {
             Some(path) => path,
             None => build_image(layout)?,
         };
-        let image = sim_harness::link::Image::read(&path)?;
+        let image = sim_harness::device::Image::read(&path)?;
         let problems = image.problems(layout);
         let written = match &self.out {
             Some(out) if problems.is_empty() => Some(write(&image, layout, out)?),
@@ -72,7 +72,7 @@ impl Image {
 
 /// Writes the bytes and the records; where they belong, in a line.
 fn write(
-    image: &sim_harness::link::Image,
+    image: &sim_harness::device::Image,
     layout: Layout,
     out: &Path,
 ) -> Result<String, Box<dyn Error>> {

@@ -1,26 +1,29 @@
 //! The commands of the program, one a file.
 
-mod ailments;
 mod arguments;
 mod calibrate;
+mod connect;
 mod demo;
 mod evaluate;
 mod evaluate_report;
 mod exit_code;
 mod figures;
 mod footprint;
+mod health_text;
 mod image;
 mod map;
 mod offsets;
 mod parts;
 mod record;
+mod record_log;
 mod replay;
-mod replayed;
+mod replay_on_board;
+mod replay_run;
+mod replay_stream;
 mod report;
 mod settings;
 mod simulate;
 mod standstill;
-mod target;
 
 use std::error::Error;
 use std::process::ExitCode;

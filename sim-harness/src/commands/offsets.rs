@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::console;
-use sim_harness::link::{QemuOptions, measure_offsets, offsets_in_words};
+use sim_harness::device::{QemuOptions, measure_offsets, offsets_in_words};
 
-use super::{Ending, Outcome, target};
+use super::{Ending, Outcome, connect};
 
 /// Arguments of `offsets`.
 #[derive(Debug, Args)]
@@ -28,10 +28,10 @@ pub(super) struct Offsets {
 impl Offsets {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        target::check(&self.on, self.baud, self.image.as_deref(), &[])?;
+        connect::check(&self.on, self.baud, self.image.as_deref(), &[])?;
         let options = QemuOptions::default();
-        let mut board = target::reach(&self.on, self.baud, self.image.as_deref(), &options)?;
-        target::greet(&mut board)?;
+        let mut board = connect::reach(&self.on, self.baud, self.image.as_deref(), &options, None)?;
+        connect::greet(&mut board)?;
         let report = if self.read {
             board.offsets().copied()
         } else {

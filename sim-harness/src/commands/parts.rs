@@ -1,11 +1,12 @@
 //! The files that a recording of a robot goes to.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use sim_harness::output;
+use sim_harness::output::{self, Special};
 
 /// Numbers of parts that are tried for a free name.
 const MOST_NAMES: u32 = 10_000;
@@ -14,10 +15,10 @@ const MOST_NAMES: u32 = 10_000;
 /// number that is free.
 ///
 /// A recording cannot be made again: a file that exists is never opened for writing,
-/// except the first one where the user asked to replace it. A device or a pipe is no
-/// file and may be written to.
+/// except the first one where the user asked to replace it. `/dev/null` and the process's
+/// own streams may be written to; another device is refused, the board's port above all.
 #[derive(Debug)]
-pub(super) struct Parts {
+pub(super) struct RecordingParts {
     first: PathBuf,
     replaces: bool,
     /// What was opened so far.
@@ -25,12 +26,12 @@ pub(super) struct Parts {
     next_number: u32,
 }
 
-impl Parts {
-    /// Parts that begin with this file; `replaces` it if it exists.
+impl RecordingParts {
+    /// Parts that begin with this file, of the board at `port`; `replaces` it if it exists.
     ///
     /// # Errors
-    /// The file exists, or no file can be created in its folder.
-    pub(super) fn new(first: PathBuf, replaces: bool) -> Result<Self, String> {
+    /// The file exists, is a device or a named pipe, or no file can be created in its folder.
+    pub(super) fn new(first: PathBuf, replaces: bool, port: &str) -> Result<Self, String> {
         let parts = Self {
             first,
             replaces,
@@ -41,8 +42,15 @@ impl Parts {
         if path.is_dir() {
             return Err(format!("--out {}: is a folder", path.display()));
         }
-        if is_device(path) {
-            return Ok(parts);
+        let refused = |why: &dyn Display| Err(format!("--out {}: {why}", path.display()));
+        if output::is_same_device(path, Path::new(port)) {
+            return refused(&"is the port of the board");
+        }
+        match Special::at(path) {
+            None => {}
+            Some(Special::Null | Special::OwnStream) => return Ok(parts),
+            Some(Special::NamedPipe) => return refused(&output::named_pipe()),
+            Some(Special::Device) => return refused(&"is a device, which --force does not change"),
         }
         if fs::symlink_metadata(path).is_ok() {
             return if replaces {
@@ -76,7 +84,7 @@ impl Parts {
 
     fn open_first(&self) -> io::Result<File> {
         let path = &self.first;
-        let opened = if is_device(path) {
+        let opened = if Special::at(path).is_some() {
             File::options().write(true).open(path)
         } else if self.replaces {
             File::create(path)
@@ -128,9 +136,4 @@ impl Parts {
         }
         self.first.with_extension(extension)
     }
-}
-
-/// Whether there is something that is neither a file nor a folder.
-fn is_device(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }

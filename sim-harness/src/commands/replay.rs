@@ -4,25 +4,25 @@ use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
-use amiro_ipf::link::{Message, Truth as TruthMessage};
+use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Input, Source, StepRule};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use sim_harness::device::{Board, Equality, QemuOptions, post_mortem_in_words};
 use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{DriveJudge, DriveScores, ScoreRecord, Truth};
 use sim_harness::faults::{Faults, NotOnInputs};
-use sim_harness::link::{Board, Equality, QemuOptions, post_mortem_in_words};
-use sim_harness::log::{Overview, RecordingWriter, StoredRecording};
+use sim_harness::log::{Overview, StoredRecording};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
-use sim_harness::spool::Spool;
 use sim_harness::world::{Scenario, ScenarioError};
 use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output, pipeline};
 
 use super::footprint::FootprintSwitch;
-use super::replayed::{Plan, Replayed, on_board, on_host};
+use super::replay_on_board::on_board;
+use super::replay_run::{Plan, Replayed, on_host};
 use super::report::{self, Summary, Walls};
 use super::settings::Settings;
-use super::{Ending, Outcome, arguments, target};
+use super::{Ending, Outcome, arguments, connect, replay_stream};
 
 /// Map cells of a drive without a scenario, metres.
 const CELL_M: f64 = 0.010;
@@ -58,7 +58,7 @@ pub(super) struct Replay {
     footprint: FootprintSwitch,
     /// Where map, summary and event stream go.
     #[arg(long, default_value = "out/replay", value_name = "DIR", value_parser = arguments::path())]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// End with exit code 2 if a line or frame of the recording was refused.
     #[arg(long)]
     strict: bool,
@@ -129,7 +129,7 @@ impl Replay {
             ("--count-instructions", self.count_instructions),
             ("--ram-fill", self.ram_fill.is_some()),
         ];
-        target::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
+        connect::check(&self.on, self.baud, self.image.as_deref(), &of_emulator)?;
         if self.has_line_faults() && self.on != "host" {
             return Err("--fault link=... disturbs a run on the host, not on a board".into());
         }
@@ -156,7 +156,7 @@ impl Replay {
     }
 
     pub(super) fn has_line_faults(&self) -> bool {
-        self.fault.line().iter().next().is_some()
+        !self.fault.line().is_empty()
     }
 
     /// The recorded inputs with the faults and ticks that were asked for.
@@ -182,13 +182,19 @@ impl Replay {
     }
 
     /// The board or emulator that was asked for.
-    pub(super) fn board(&self) -> Result<Board, Box<dyn Error>> {
+    pub(super) fn board(&self, config: &Config) -> Result<Board, Box<dyn Error>> {
         let options = QemuOptions {
             count_instructions: self.count_instructions,
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
-        target::reach(&self.on, self.baud, self.image.as_deref(), &options)
+        connect::reach(
+            &self.on,
+            self.baud,
+            self.image.as_deref(),
+            &options,
+            Some(config),
+        )
     }
 
     /// Writes the files, then prints what was found.
@@ -210,7 +216,7 @@ impl Replay {
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let picture = report::picture(survey, &name, scenario, None);
         report::save_map(survey, &picture, &self.out)?;
-        self.save_stream(config, recording, run.answered)?;
+        replay_stream::save(self, config, recording, run.answered)?;
         let overview = recording.overview();
         let summary = Summary {
             format: overview.format.to_string(),
@@ -257,64 +263,6 @@ impl Replay {
             judge.take(record, mapper);
         })?;
         Ok(Some(judge.finish(&mapper)))
-    }
-
-    /// What was broken when it was recorded, and what is broken now.
-    fn faults_of_all(&self, overview: &Overview) -> Vec<(String, u64)> {
-        let truth = overview.truth.as_ref();
-        let mut all = truth.map_or_else(Vec::new, |truth| truth.faults.clone());
-        if self.fault.are_none() {
-            return all;
-        }
-        match all.last_mut() {
-            // Texts of one seed are one text.
-            Some((text, seed)) if *seed == self.seed_of_faults => {
-                text.push_str(&format!(", {}", self.fault));
-            }
-            _ => all.push((self.fault.to_string(), self.seed_of_faults)),
-        }
-        all
-    }
-
-    /// The bytes of the link: a recording that replays itself.
-    fn save_stream(
-        &self,
-        config: &Config,
-        recording: &mut StoredRecording,
-        answered: Spool,
-    ) -> Result<(), Box<dyn Error>> {
-        let overview = recording.overview().clone();
-        output::write_with(&self.out.join("stream.ipf"), |file| {
-            let mut writer = RecordingWriter::new(file)?;
-            if let Some(truth) = &overview.truth {
-                if let Some(seed) = truth.seed {
-                    writer.write_truth(&TruthMessage::Seed(seed))?;
-                }
-                if let Some(text) = &truth.scenario {
-                    writer.write_scenario(text)?;
-                }
-            }
-            for (text, seed) in self.faults_of_all(&overview) {
-                writer.write_faults(&text, seed)?;
-            }
-            if overview.truth.is_some() {
-                let mut poses = recording.true_poses().map_err(io::Error::other)?;
-                for (stamp_us, pose) in poses.by_ref() {
-                    writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
-                }
-                poses.finish().map_err(io::Error::other)?;
-            }
-            writer.write_input(&Input::Configure(*config))?;
-            let mut inputs = recording.inputs(|_| ()).map_err(io::Error::other)?;
-            for input in self.replayed(&mut inputs).map_err(io::Error::other)? {
-                writer.write_input(&input)?;
-            }
-            inputs.finish().map_err(io::Error::other)?;
-            writer.write_frames_of(answered.read()?)?;
-            writer.finish()?;
-            Ok(())
-        })?;
-        Ok(())
     }
 }
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use amiro_ipf::node::Config;
 use serde::Serialize;
+use sim_harness::device::Verdict;
 use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
 use sim_harness::geometry::Pose2;
-use sim_harness::link::Verdict;
 use sim_harness::output::{self, WriteError};
 use sim_harness::report::{CellWindow, MapPicture, MapServerPair, Picture, outlines};
 use sim_harness::world::Scenario;

@@ -13,7 +13,7 @@ use sim_harness::faults::{Faults, SimulatedDrive};
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
 use sim_harness::{console, output};
 
-use super::ailments::{counters, counters_in_words};
+use super::health_text::{counters, counters_in_words};
 use super::{Ending, Outcome, arguments};
 
 /// Arguments of `simulate`.

@@ -1,11 +1,11 @@
-//! The parts that can be named.
+//! The components that can be named.
 
 use std::fmt;
 
 use amiro_ipf::board::acquisition::Bus;
 use amiro_ipf::model::SENSORS;
 
-/// A part of the robot that can break. The serial line is not among them.
+/// What can break.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     /// `s0` to `s7`: a sensor, by its index.
@@ -18,6 +18,8 @@ pub enum Component {
     Mux(Bus),
     /// `can`: the odometry that comes over the robot's bus.
     Can,
+    /// `link`: the serial line to the host.
+    Link,
 }
 
 impl Component {
@@ -30,6 +32,7 @@ impl Component {
             "mux1" => Self::Mux(Bus::I2c1),
             "mux2" => Self::Mux(Bus::I2c2),
             "can" => Self::Can,
+            "link" => Self::Link,
             _ => Self::Sensor(sensor(name.strip_prefix('s')?)?),
         })
     }
@@ -60,6 +63,19 @@ impl Component {
                 "delayed:TIME",
                 "intermittent:SHARE",
             ],
+            Self::Link => &[
+                "ok",
+                "off",
+                "ber:R",
+                "drop:R",
+                "garbage:R",
+                "lose:R",
+                "twice:R",
+                "swap:R",
+                "cut:R",
+                "delay:TIME",
+                "slow:N",
+            ],
         }
     }
 
@@ -84,6 +100,7 @@ impl fmt::Display for Component {
             Self::Bus(bus) => write!(f, "bus{}", number(bus)),
             Self::Mux(bus) => write!(f, "mux{}", number(bus)),
             Self::Can => f.write_str("can"),
+            Self::Link => f.write_str("link"),
         }
     }
 }

@@ -1,34 +1,36 @@
 //! What is to break, in words: `s3=stuck@5s..8s, can=off@10s, link=ber:1e-3`.
 //!
-//! One language for the simulated robot ([`Faults::on_robot`]), its buses
-//! ([`RobotFaults::script`](crate::robot::RobotFaults::script)), the serial line
-//! ([`Faults::line`]) and the inputs of a recording ([`Faults::on_inputs`]). The words are
+//! A [`Fault`] is a component, a kind and a window. One parser reads them; the simulated
+//! robot with its buses, the serial line ([`FaultInjector`](crate::device::FaultInjector))
+//! and the inputs of a recording ([`Faults::on_inputs`]) interpret them. The words are
 //! those of PX4's failure injection: `ok`, `off`, `stuck`, `garbage`, `wrong`, `slow`,
-//! `delayed`, `intermittent`; a sensor may be `saturated` too. A line has words of its
-//! own, those of [`LineFaults`](crate::link::LineFaults).
+//! `delayed`, `intermittent`; a sensor may be `saturated` too. The line has words of its
+//! own, joined by `+`: `link=ber:1e-3+off@2s..5s`.
 //!
-//! A fault is a part, a word and a window, which is `@5s`, `@5s..8s` or `@..8s` and may be
-//! left out. Faults of one part add up, in the order in which they are named; `ok` ends for
-//! its window what was named before it, so that `ring=off, s3=ok` leaves one sensor.
+//! A window is `@5s`, `@5s..8s` or `@..8s` and may be left out. Faults of one component add
+//! up, in the order in which they are named; `ok` ends for its window what was named before
+//! it, so that `ring=off, s3=ok` leaves one sensor.
 //!
-//! What each word does to each part, and what the robot says then, is in a table of
-//! `docs/faults.md`.
+//! A table of `docs/faults.md` lists what each word does to each component, and what the
+//! robot reports then.
 
+mod active;
 mod component;
-mod during;
 mod error;
-mod held;
+mod fault;
+mod kind;
+mod line_words;
 mod on_inputs;
-mod on_robot;
 mod parse;
 mod simulated;
-mod spoken;
-mod word;
+mod window;
 
+pub use active::{ActiveFault, ActiveFaults};
 pub use component::Component;
-pub use during::During;
 pub use error::FaultError;
+pub use fault::{Fault, Faults};
+pub use kind::Kind;
+pub(crate) use kind::period_us;
 pub use on_inputs::{FaultyInputs, NotOnInputs};
 pub use simulated::{SimulatedDrive, SimulationRefused};
-pub use spoken::{Fault, Faults};
-pub use word::Word;
+pub use window::Window;

@@ -7,9 +7,8 @@ use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::Input;
 use amiro_ipf::random::{Generator, uniform};
 
-use super::held::Held;
-use super::word::micros;
-use super::{Component, Faults, Word};
+use super::window::micros;
+use super::{ActiveFaults, Component, Faults, Kind};
 use crate::bus::Outages;
 
 /// Keeps the noise of recordings apart from all other: "input".
@@ -58,8 +57,7 @@ impl Faults {
             first_us: None,
             is_at_end: false,
             broken: Broken {
-                held: self.held(),
-                seed,
+                faults: self.active(seed),
                 stuck: [None; SENSORS],
                 late: VecDeque::new(),
                 told: VecDeque::new(),
@@ -117,10 +115,10 @@ impl<I: Iterator<Item = Input>> Iterator for FaultyInputs<I> {
 fn is_on_inputs(fault: &super::Fault) -> bool {
     match fault.component {
         Component::Sensor(_) | Component::Ring => {
-            !matches!(fault.word, Word::Slow(_) | Word::Delayed(_))
+            !matches!(fault.kind, Kind::Slow(_) | Kind::Delayed(_))
         }
-        Component::Can => !matches!(fault.word, Word::Stuck | Word::Garbage | Word::Slow(_)),
-        Component::Bus(_) | Component::Mux(_) => fault.word == Word::Ok,
+        Component::Can => !matches!(fault.kind, Kind::Stuck | Kind::Garbage | Kind::Slow(_)),
+        Component::Bus(_) | Component::Mux(_) | Component::Link => fault.kind == Kind::Ok,
     }
 }
 
@@ -136,8 +134,7 @@ fn stamp_us(input: &Input) -> Option<u64> {
 
 /// Inputs on their way through the faults.
 struct Broken {
-    held: Vec<Held>,
-    seed: u64,
+    faults: ActiveFaults,
     stuck: [Option<Sample>; SENSORS],
     /// Odometry that is still to come, with its new stamp.
     late: VecDeque<(u64, Input)>,
@@ -146,13 +143,6 @@ struct Broken {
 }
 
 impl Broken {
-    fn holding(&self, component: Component, now_us: u64) -> Vec<(usize, Word)> {
-        let held = self.held.iter().enumerate();
-        held.filter(|(_, held)| held.component == component && held.when_us.contains(&now_us))
-            .map(|(place, held)| (place, held.word))
-            .collect()
-    }
-
     fn take(&mut self, input: Input, now_us: u64) {
         if let Some(stamp_us) = stamp_us(&input) {
             self.deliver_until(stamp_us);
@@ -172,13 +162,14 @@ impl Broken {
     }
 
     fn sample(&mut self, sensor: usize, sample: Sample, now_us: u64) -> Sample {
-        let holding = self.holding(Component::Sensor(sensor), now_us);
-        let stuck = holding.iter().any(|(_, word)| *word == Word::Stuck);
+        let active = self.faults.placed(Component::Sensor(sensor), now_us);
+        let active: Vec<_> = active.collect();
+        let stuck = active.iter().any(|(_, kind)| *kind == Kind::Stuck);
         let mut told = sample;
-        for (place, word) in holding {
-            told = match (word, told) {
-                (Word::Off, _) => Sample::Missing,
-                (Word::Intermittent(share), told) => {
+        for (place, kind) in active {
+            told = match (kind, told) {
+                (Kind::Off, _) => Sample::Missing,
+                (Kind::Intermittent(share), told) => {
                     if self.is_out(place, share, now_us) {
                         Sample::Missing
                     } else {
@@ -187,10 +178,10 @@ impl Broken {
                 }
                 // A sensor that says nothing says nothing wrong either.
                 (_, Sample::Missing) => Sample::Missing,
-                (Word::Saturated, _) => Sample::Saturated,
-                (Word::Stuck, told) => self.held_at(sensor, told),
-                (Word::Garbage, _) => self.garbage(sensor, now_us),
-                (Word::Wrong(by), Sample::Counts(counts)) => {
+                (Kind::Saturated, _) => Sample::Saturated,
+                (Kind::Stuck, told) => self.held_at(sensor, told),
+                (Kind::Garbage, _) => self.garbage(sensor, now_us),
+                (Kind::Wrong(by), Sample::Counts(counts)) => {
                     Sample::Counts(counts.saturating_add(by))
                 }
                 (_, told) => told,
@@ -209,7 +200,7 @@ impl Broken {
 
     fn garbage(&self, sensor: usize, now_us: u64) -> Sample {
         let moment = (now_us << 3 | sensor as u64).rotate_left(20);
-        let mut noise = Generator::seeded(self.seed ^ INPUT_STREAM ^ moment);
+        let mut noise = Generator::seeded(self.faults.seed() ^ INPUT_STREAM ^ moment);
         // The upper half of the bits.
         match (noise.bits() >> 16) as u16 {
             u16::MAX => Sample::Saturated,
@@ -219,19 +210,24 @@ impl Broken {
 
     /// Whether a loose contact is open now; two of them are not open at the same times.
     fn is_out(&self, place: usize, share: f64, now_us: u64) -> bool {
-        let seed = self.seed.wrapping_add(1 + place as u64).rotate_left(32);
+        let seed = self
+            .faults
+            .seed()
+            .wrapping_add(1 + place as u64)
+            .rotate_left(32);
         Outages::new(SLOT_NS, share, seed).fails_at(now_us.saturating_mul(1_000))
     }
 
     fn take_motion(&mut self, mut input: Input, now_us: u64) {
-        let mut noise = Generator::seeded(self.seed ^ INPUT_STREAM ^ now_us.rotate_left(40));
+        let mut noise =
+            Generator::seeded(self.faults.seed() ^ INPUT_STREAM ^ now_us.rotate_left(40));
         let mut late_us = 0;
-        for (_, word) in self.holding(Component::Can, now_us) {
-            match word {
-                Word::Off => return,
-                Word::Intermittent(share) if f64::from(uniform(&mut noise)) < share => return,
-                Word::Delayed(by) => late_us = micros(by),
-                Word::Wrong(by_mm) => {
+        for kind in self.faults.of(Component::Can, now_us) {
+            match kind {
+                Kind::Off => return,
+                Kind::Intermittent(share) if f64::from(uniform(&mut noise)) < share => return,
+                Kind::Delayed(by) => late_us = micros(by),
+                Kind::Wrong(by_mm) => {
                     if let Input::Odometry { pose, .. } = &mut input {
                         pose.position.x += by_mm as f32 * 1e-3;
                     }

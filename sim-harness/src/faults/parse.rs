@@ -2,8 +2,7 @@
 
 use std::str::FromStr;
 
-use super::{Component, During, Fault, FaultError, Faults, Word};
-use crate::link::LineFaultError;
+use super::{Component, Fault, FaultError, Faults, Kind, Window, line_words};
 
 const NO_PART: &str = "names no part that can fail: s0 to s7, ring, bus1, bus2, mux1, mux2, can \
                        or link, as in s3=stuck@5s..8s";
@@ -29,27 +28,27 @@ impl FromStr for Faults {
             begins += piece.len() + 1;
             let wrong = |problem: &str| FaultError::new(entry, place, problem);
             let (name, words) = entry.split_once('=').ok_or_else(|| wrong(NO_PART))?;
-            if name == "link" {
+            let component = Component::parse(name).ok_or_else(|| wrong(NO_PART))?;
+            if component == Component::Link {
                 if std::mem::replace(&mut names_link, true) {
                     return Err(wrong(LINK_TWICE));
                 }
-                let why = |error: LineFaultError| wrong(&format!("is no line: {error}"));
-                faults.line = words.parse().map_err(why)?;
+                let why = |error| wrong(&format!("is no line: {error}"));
+                faults.line = line_words::parse(words).map_err(why)?;
                 continue;
             }
-            let component = Component::parse(name).ok_or_else(|| wrong(NO_PART))?;
             let (word, window) = match words.split_once('@') {
                 None => (words, None),
                 Some((word, window)) => (word, Some(window)),
             };
-            let during = match window {
-                None => During::default(),
-                Some(window) => During::parse(window).ok_or_else(|| wrong(NO_WINDOW))?,
+            let window = match window {
+                None => Window::Always,
+                Some(window) => Window::parse(component, window).ok_or_else(|| wrong(NO_WINDOW))?,
             };
             faults.parts.push(Fault {
                 component,
-                word: Word::parse(component, word).map_err(|problem| wrong(&problem))?,
-                during,
+                kind: Kind::parse(component, word).map_err(|problem| wrong(&problem))?,
+                window,
             });
         }
         Ok(faults)

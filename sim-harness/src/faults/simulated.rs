@@ -9,7 +9,7 @@ use amiro_ipf::link::Truth;
 use amiro_ipf::node::Input;
 
 use super::Faults;
-use crate::link::LossyLine;
+use crate::device::FaultInjector;
 use crate::log::RecordingWriter;
 use crate::robot::{Robot, drive};
 use crate::world::{Odometry, Options, Scenario, Simulation, simulate_with};
@@ -60,7 +60,7 @@ impl SimulatedDrive<'_> {
             let instead = "the robot dates its odometry itself";
             return Err(SimulationRefused("odometry amiro-undated", instead));
         }
-        let faults = self.faults.on_robot(self.seed_of_faults);
+        let faults = self.faults.active(self.seed_of_faults);
         let whole = drive(Robot::new(self.scenario, self.seed, options, faults));
         let simulation = Simulation {
             inputs: whole.inputs(),
@@ -84,7 +84,7 @@ impl SimulatedDrive<'_> {
             writer.write_faults(&self.faults.to_string(), self.seed_of_faults)?;
         }
         writer.write_input(&Input::Configure(config))?;
-        let mut line = LossyLine::new(self.faults.line(), self.seed_of_faults);
+        let mut line = FaultInjector::new(self.faults, self.seed_of_faults);
         let mut first_us = None;
         let mut now = Duration::ZERO;
         let mut poses = simulation.poses.iter().peekable();

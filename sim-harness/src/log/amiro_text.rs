@@ -81,7 +81,7 @@ struct Used {
 
 /// How far AMiRo's text has been read.
 #[derive(Debug, Default)]
-pub(super) struct TextReader {
+pub(super) struct TextLines {
     bytes: Vec<u8>,
     /// Number of the last line.
     line: u64,
@@ -89,7 +89,7 @@ pub(super) struct TextReader {
     used: Option<Used>,
 }
 
-impl TextReader {
+impl TextLines {
     /// Reads the next line; breaks at the end of the source or of its run.
     ///
     /// # Errors

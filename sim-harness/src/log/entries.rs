@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use super::amiro_text::TextReader;
+use super::amiro_text::TextLines;
 use super::rules::{Entry, Rules};
 use super::source::Source;
 use super::stream::Frames;
@@ -21,7 +21,7 @@ pub(super) struct Entries<R> {
 /// What reads the entries of a format.
 #[derive(Debug)]
 enum EntryReader {
-    Text(TextReader),
+    Text(TextLines),
     Stream(Frames),
 }
 
@@ -38,7 +38,7 @@ impl<R: Read> Entries<R> {
             source,
             rules: Rules::new(format, room),
             pieces: match format {
-                Format::AmiroText => EntryReader::Text(TextReader::default()),
+                Format::AmiroText => EntryReader::Text(TextLines::default()),
                 Format::Stream => EntryReader::Stream(Frames::default()),
             },
             is_at_end: false,

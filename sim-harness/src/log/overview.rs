@@ -27,6 +27,8 @@ pub struct Overview {
     pub inputs: u64,
     /// Number of messages of a board.
     pub messages: u64,
+    /// Number of true poses.
+    pub true_poses: u64,
     /// Number of messages that end a step of a filter.
     pub steps: u64,
     /// Number of messages that report the end of a board's last boot.
@@ -161,7 +163,8 @@ pub(super) fn inspect<R: Read>(
         hand_on(entry);
     }
     let rules = entries.rules();
-    let (inputs, messages, segments) = (rules.inputs(), rules.messages(), rules.segments());
+    let (inputs, messages) = (rules.inputs(), rules.messages());
+    let (true_poses, segments) = (rules.true_poses(), rules.segments());
     let found = match format {
         Format::AmiroText if inputs == 0 => amiro_text::unit_check(entries.head()),
         _ => units.all.finish(),
@@ -182,6 +185,7 @@ pub(super) fn inspect<R: Read>(
         segments,
         inputs,
         messages,
+        true_poses,
         steps: counts.steps,
         post_mortems: counts.post_mortems,
     };

@@ -59,7 +59,7 @@ pub enum Reason {
     /// A configuration with a parameter outside its range.
     BadConfiguration,
     /// Inputs, or a simulator's truth, of a run before the first configuration.
-    Forgotten,
+    BeforeConfiguration,
     /// Another run: a second configuration, header or simulator's truth, and everything
     /// after it.
     SecondRun,
@@ -96,7 +96,7 @@ impl fmt::Display for Reason {
             Self::Backward => "stamp goes backward",
             Self::NotFinite => "not finite",
             Self::BadConfiguration => "bad configuration",
-            Self::Forgotten => "before the configuration",
+            Self::BeforeConfiguration => "before the configuration",
             Self::SecondRun => "second run",
             Self::BadScenario => "bad scenario",
             Self::BadFaults => "bad text of faults",

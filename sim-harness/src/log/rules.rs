@@ -154,6 +154,11 @@ impl Rules {
         self.counts.messages
     }
 
+    /// True poses that are used so far.
+    pub(super) fn true_poses(&self) -> u64 {
+        self.counts.true_poses
+    }
+
     /// Stretches without a gap of more than a second between the inputs so far.
     pub(super) fn segments(&self) -> usize {
         self.segments.count
@@ -176,7 +181,7 @@ impl Rules {
         self.counts.true_poses = 0;
         self.passed.push_back(Entry::TruthBegins);
         let text = "a simulated recording begins again: the truth before it is not used";
-        self.refuse(place, Reason::Forgotten, text);
+        self.refuse(place, Reason::BeforeConfiguration, text);
     }
 
     /// Takes an input if it is usable; breaks when nothing after it may be used.
@@ -262,7 +267,7 @@ impl Rules {
         self.passed.push_back(Entry::Configuration);
         self.refuse(
             place,
-            Reason::Forgotten,
+            Reason::BeforeConfiguration,
             format_args!("a configuration, so the {forgotten} inputs before it are not used"),
         );
         ControlFlow::Continue(())
@@ -303,7 +308,7 @@ impl Rules {
         self.segments = self.segments_of_host;
         self.refuse(
             place,
-            Reason::Forgotten,
+            Reason::BeforeConfiguration,
             format_args!("{forgotten} inputs of the run that the board was amid are not used"),
         );
     }
@@ -430,7 +435,7 @@ mod tests {
         let input = |stamp_us| Entry::Input(Sender::Host, tick(stamp_us));
         assert_eq!(passed, [input(9_000_000), Entry::Configuration, input(5)]);
         assert_eq!((rules.inputs(), rules.segments()), (1, 1));
-        assert_eq!(rules.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(rules.refusals.count_of(Reason::BeforeConfiguration), 1);
         assert_eq!(rules.refusals.count_of(Reason::SecondRun), 1);
     }
 }

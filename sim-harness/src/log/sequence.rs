@@ -15,6 +15,16 @@ pub(super) enum Continuity {
     Earlier,
 }
 
+impl Continuity {
+    /// The same for a frame that is known to be no repetition.
+    pub(super) fn not_again(self) -> Self {
+        match self {
+            Self::Again => Self::Earlier,
+            other => other,
+        }
+    }
+}
+
 /// The last frame of each sender, by boot id: at most 256 times 128 bytes.
 ///
 /// The link's own decoder expects one sender; a recording interleaves a host and a

@@ -121,7 +121,8 @@ impl StoredRecording {
         &'a mut self,
         on_bytes: impl FnMut(u64) + 'a,
     ) -> Result<Rows<'a, Input>, LogError> {
-        self.rows(on_bytes, |entry| match entry {
+        let count = self.overview.inputs;
+        self.rows(on_bytes, count, |entry| match entry {
             Entry::Input(_, input) => Some(input),
             _ => None,
         })
@@ -135,7 +136,8 @@ impl StoredRecording {
         &'a mut self,
         on_bytes: impl FnMut(u64) + 'a,
     ) -> Result<Rows<'a, Message>, LogError> {
-        self.rows(on_bytes, |entry| match entry {
+        let count = self.overview.messages;
+        self.rows(on_bytes, count, |entry| match entry {
             Entry::Message(message) => Some(message),
             _ => None,
         })
@@ -146,8 +148,8 @@ impl StoredRecording {
     /// # Errors
     /// The file cannot be read again.
     pub fn true_poses(&mut self) -> Result<Rows<'_, (u64, Pose)>, LogError> {
-        let ignore = |_: u64| ();
-        self.rows(ignore, |entry| match entry {
+        let (ignore, count) = (|_: u64| (), self.overview.true_poses);
+        self.rows(ignore, count, |entry| match entry {
             Entry::TruePose(stamp_us, pose) => Some((stamp_us, pose)),
             _ => None,
         })
@@ -157,6 +159,7 @@ impl StoredRecording {
     fn rows<'a, T>(
         &'a mut self,
         on_bytes: impl FnMut(u64) + 'a,
+        count: u64,
         pick: fn(Entry) -> Option<T>,
     ) -> Result<Rows<'a, T>, LogError> {
         self.check_unchanged()?;
@@ -168,6 +171,7 @@ impl StoredRecording {
             recording: self,
             pick,
             number: 0,
+            left: count,
             failed: None,
         })
     }
@@ -198,6 +202,8 @@ pub struct Rows<'a, T> {
     pick: fn(Entry) -> Option<T>,
     /// Number of the next entry.
     number: u64,
+    /// Rows that are still to come: behind the last of them nothing is read.
+    left: u64,
     failed: Option<LogError>,
 }
 
@@ -218,7 +224,7 @@ impl<T> Iterator for Rows<'_, T> {
     type Item = T;
 
     fn next(&mut self) -> Option<T> {
-        while self.failed.is_none() {
+        while self.left > 0 && self.failed.is_none() {
             let entry = match self.entries.next() {
                 Ok(entry) => entry?,
                 Err(error) => {
@@ -229,6 +235,7 @@ impl<T> Iterator for Rows<'_, T> {
             let is_used = self.recording.uses.keep(self.number, &entry);
             self.number += 1;
             if is_used && let Some(row) = (self.pick)(entry) {
+                self.left -= 1;
                 return Some(row);
             }
         }
@@ -306,7 +313,7 @@ mod tests {
         let mut board = Encoder::new(7);
         for message in [
             Message::Input(tick(90)),
-            Message::Boot(crate::link::boot_on_host(800)),
+            Message::Boot(crate::device::boot_on_host(800)),
             Message::Event(Event::OdometryReset { stamp_us: 1 }),
             Message::Event(Event::Configured(config)),
             Message::Input(tick(10)),
@@ -343,6 +350,7 @@ mod tests {
             assert_eq!(poses, whole.truth.as_ref().unwrap().poses);
             let overview = stored.overview();
             assert_eq!((overview.inputs, overview.messages), (2, 3));
+            assert_eq!(overview.true_poses, 2);
             assert_eq!(overview.refusals, whole.refusals);
             assert_eq!(overview.segments, whole.segments);
             assert_eq!(stored.length(), bytes.len() as u64);

@@ -9,6 +9,7 @@ use std::io::Read;
 use std::ops::ControlFlow;
 
 use amiro_ipf::link::{Frame, MAX_FRAME, Message, Truth};
+use amiro_ipf::node::Input;
 
 use super::rules::{Rules, Sender};
 use super::sequence::{Continuity, Sequences};
@@ -44,7 +45,7 @@ struct FaultTexts {
 
 /// What comes in pieces.
 #[derive(Debug, Default)]
-struct Pieces {
+struct ChunkedTexts {
     scenario: Scenario,
     faults: FaultTexts,
 }
@@ -53,10 +54,12 @@ struct Pieces {
 #[derive(Debug, Default)]
 pub(super) struct Frames {
     sequences: Sequences,
-    pieces: Pieces,
+    pieces: ChunkedTexts,
     bytes: Vec<u8>,
-    /// The last frame as it was read: it is decoded in place.
+    /// The frame that is read, before it is decoded in place.
     encoded: Vec<u8>,
+    /// The last good frame, of any sender.
+    before: Vec<u8>,
 }
 
 /// Whether the beginning of a source holds a frame, or at least begins as one would.
@@ -99,9 +102,16 @@ impl Frames {
 
     /// Takes a frame; breaks when nothing after it may be used.
     fn take(&mut self, rules: &mut Rules, place: Place, frame: Frame) -> ControlFlow<()> {
-        let continuity = self
+        let mut continuity = self
             .sequences
             .follow(frame.boot_id, frame.sequence, &self.encoded);
+        let is_configuration = matches!(frame.message, Message::Input(Input::Configure(_)));
+        if is_configuration && self.encoded != self.before {
+            // A line repeats a frame directly behind it. With frames of the board in between,
+            // it is the first frame of another recording.
+            continuity = continuity.not_again();
+        }
+        std::mem::swap(&mut self.before, &mut self.encoded);
         report(rules, place, frame.sequence, continuity);
         if continuity == Continuity::Again {
             return ControlFlow::Continue(());
@@ -119,7 +129,7 @@ impl Frames {
             }
             if continuity == Continuity::Earlier {
                 // A recording that ended before its configuration lies in front.
-                self.pieces = Pieces::default();
+                self.pieces = ChunkedTexts::default();
                 rules.forget_truth(place);
             }
         }
@@ -128,7 +138,7 @@ impl Frames {
 
     /// Takes what came in pieces, at the end of the source.
     pub(super) fn finish(&mut self, rules: &mut Rules) {
-        let Pieces { scenario, faults } = std::mem::take(&mut self.pieces);
+        let ChunkedTexts { scenario, faults } = std::mem::take(&mut self.pieces);
         scenario.finish(rules);
         faults.finish(rules);
     }
@@ -162,7 +172,7 @@ fn report(rules: &mut Rules, place: Place, sequence: u16, continuity: Continuity
 
 fn take(
     rules: &mut Rules,
-    pieces: &mut Pieces,
+    pieces: &mut ChunkedTexts,
     place: Place,
     (sender, message): (Sender, Message),
 ) -> ControlFlow<()> {

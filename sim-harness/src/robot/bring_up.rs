@@ -4,8 +4,7 @@ use amiro_ipf::board::offsets::{OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::board::proximity_sensor::DEFAULT_OFFSET;
 use amiro_ipf::model::{SENSORS, SensorMask};
 
-use super::scripted::plug;
-use crate::bus::{RobotBuses, SensorFault};
+use crate::bus::{RobotBuses, SensorFault, on_sensor};
 
 /// Raw counts of the robot's sensors with nothing in range; its memory holds them.
 ///
@@ -22,7 +21,8 @@ pub(super) fn buses(plugged: SensorMask) -> RobotBuses {
             OFFSETS.get(sensor).copied().unwrap_or(DEFAULT_OFFSET),
         );
         if !plugged.contains(sensor) {
-            plug(&mut buses, sensor, SensorFault::Unplugged, 0);
+            let unplugged = on_sensor(sensor, SensorFault::Unplugged);
+            buses.bus_of_mut(sensor).script.from_time(0, unplugged);
         }
     }
     let offsets = Offsets {

@@ -6,8 +6,8 @@ use amiro_ipf::board::can::{CanFrame, StandardId};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::{Generator, uniform};
 
-use super::wheel_board::Sent;
-use super::{RobotFaults, Trouble};
+use super::wheel_module::Sent;
+use crate::faults::{ActiveFaults, Component, Kind, period_us};
 
 /// Keeps lost and garbled frames apart from all other noise: "frame".
 const FRAME_STREAM: u64 = 0x66_7261_6d65;
@@ -35,25 +35,26 @@ pub(super) struct FrameWay {
 impl FrameWay {
     /// Takes a frame that is sent at a time of the drive; of the faults those that
     /// concern frames.
-    pub(super) fn take(&mut self, mut sent: Sent, drive_us: u64, faults: &RobotFaults) {
+    pub(super) fn take(&mut self, mut sent: Sent, drive_us: u64, faults: &ActiveFaults) {
         let mut noise = Generator::seeded(faults.seed() ^ FRAME_STREAM ^ sent.at_us);
         let mut carried_m = [0.0; 2];
         let (mut is_lost, mut is_held, mut is_garbled) = (false, false, false);
         let mut late_us = 0;
-        for trouble in faults.at(drive_us) {
-            match trouble {
-                Trouble::NoFrames => is_lost = true,
-                Trouble::LooseFrames { share } => {
+        for kind in faults.of(Component::Can, drive_us) {
+            match kind {
+                Kind::Off => is_lost = true,
+                Kind::Intermittent(share) => {
                     is_lost |= f64::from(uniform(&mut noise)) < share;
                 }
-                Trouble::SeldomFrames { period_us } => {
+                Kind::Slow(rate_hz) => {
+                    let period_us = period_us(rate_hz);
                     let since_us = self.last_passed_us.map(|last_us| sent.at_us - last_us);
                     is_lost |= since_us.is_some_and(|since_us| since_us < period_us);
                 }
-                Trouble::Elsewhere { by_m } => carried_m = by_m,
-                Trouble::SameFrames => is_held = true,
-                Trouble::GarbledFrames => is_garbled = true,
-                Trouble::LateFrames { by_us } => late_us = by_us,
+                Kind::Wrong(by_mm) => carried_m[0] = by_mm as f32 * 1e-3,
+                Kind::Stuck => is_held = true,
+                Kind::Garbage => is_garbled = true,
+                Kind::Delayed(by) => late_us = by.as_micros() as u64,
                 _ => {}
             }
         }

@@ -4,7 +4,7 @@
 //! a [`Robot`] has the core find it out: the world's counts are in the registers of the
 //! eight sensors when their own clocks say so, [`Acquisition`](amiro_ipf::board::acquisition::Acquisition)
 //! reads them over multiplexers and buses, byte for byte, and the pose comes in the
-//! frames of the robot's bus. [`RobotFaults`] break what can break.
+//! frames of the robot's bus. [`ActiveFaults`](crate::faults::ActiveFaults) break what can break.
 //!
 //! [`SensorFaultTrials`] measure what a broken sensor costs a map, [`StampTrials`] what
 //! it costs that a frame does not say when its pose was true.
@@ -13,25 +13,23 @@
 //! here), lost samples other than by faults on the buses, and a frame's way over its bus.
 
 mod bring_up;
+mod bus_faults;
 mod driven;
-mod faults;
 mod frames;
 mod mapped;
-mod rhythm;
 mod scene;
-mod scripted;
+mod sensor_clock;
 mod sensor_faults;
 mod simulated;
 mod stamps;
-mod wheel_board;
+mod wheel_module;
 
 pub use bring_up::OFFSETS;
 pub use driven::{RobotDrive, drive};
-pub use faults::{BusTrouble, MuxTrouble, RobotFaults, Trouble};
 pub use mapped::{Mapped, map};
-pub use rhythm::{Rhythm, SensorClocks};
 pub use scene::Scene;
-pub use sensor_faults::{SensorFaultRow, SensorFaultTrials, SensorTrouble};
+pub use sensor_clock::{Rhythm, SensorClocks};
+pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};
 pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
 pub use stamps::{StampRow, StampTrials};
 

@@ -8,14 +8,15 @@ use amiro_ipf::model::SENSORS;
 use amiro_ipf::node::Config;
 use rayon::prelude::*;
 
-use super::{Robot, RobotDrive, RobotFaults, Trouble, drive, map};
+use super::{Robot, RobotDrive, drive, map};
 use crate::RunError;
 use crate::evaluation::{MeanStd, Number, Scores};
+use crate::faults::{ActiveFaults, Component, Kind};
 use crate::world::{Drive, Options, Scenario};
 
 /// How one sensor is broken from some time of a drive on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorTrouble {
+pub enum SensorBreak {
     /// Unplugged.
     Dead,
     /// Its register is full.
@@ -24,7 +25,7 @@ pub enum SensorTrouble {
     Stuck,
 }
 
-impl SensorTrouble {
+impl SensorBreak {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Dead, Self::Saturated, Self::Stuck];
 
@@ -37,18 +38,18 @@ impl SensorTrouble {
         }
     }
 
-    /// The trouble of a sensor.
+    /// The kind of fault.
     #[must_use]
-    pub const fn of(self, sensor: usize) -> Trouble {
+    pub const fn kind(self) -> Kind {
         match self {
-            Self::Dead => Trouble::Unplugged { sensor },
-            Self::Saturated => Trouble::Saturated { sensor },
-            Self::Stuck => Trouble::Stuck { sensor },
+            Self::Dead => Kind::Off,
+            Self::Saturated => Kind::Saturated,
+            Self::Stuck => Kind::Stuck,
         }
     }
 }
 
-impl fmt::Display for SensorTrouble {
+impl fmt::Display for SensorBreak {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Dead => "dead",
@@ -81,7 +82,7 @@ pub struct SensorFaultRow {
     /// The filter.
     pub profile: Profile,
     /// What was broken; `None` for nothing.
-    pub trouble: Option<SensorTrouble>,
+    pub trouble: Option<SensorBreak>,
     /// Overall error at the best wall expansion.
     pub oe: MeanStd,
     /// Overall error with the walls as they are.
@@ -112,7 +113,7 @@ impl SensorFaultRow {
 }
 
 /// Scores of one drive by trouble; the first is without.
-type DriveScores = [Scores; 1 + SensorTrouble::ALL.len()];
+type DriveScores = [Scores; 1 + SensorBreak::ALL.len()];
 
 impl SensorFaultTrials {
     /// Drives and maps everything: by scenario, then profile, then trouble.
@@ -131,7 +132,7 @@ impl SensorFaultTrials {
             for (place, profile) in PROFILES.into_iter().enumerate() {
                 let of_profile: Vec<DriveScores> =
                     drives.iter().map(|drive| drive[place]).collect();
-                let troubles = [None].into_iter().chain(SensorTrouble::ALL.map(Some));
+                let troubles = [None].into_iter().chain(SensorBreak::ALL.map(Some));
                 rows.extend(troubles.enumerate().map(|(column, trouble)| {
                     row(scenario, profile, trouble, &seeds, column, &of_profile)
                 }));
@@ -142,11 +143,11 @@ impl SensorFaultTrials {
 
     fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[DriveScores; 2], RunError> {
         let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
-        let sensor = (seed % SENSORS as u64) as usize;
+        let component = Component::Sensor((seed % SENSORS as u64) as usize);
         let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
-        let sound = driven(RobotFaults::none());
-        let broken = SensorTrouble::ALL
-            .map(|trouble| driven(RobotFaults::none().from(from_us, trouble.of(sensor))));
+        let sound = driven(ActiveFaults::none());
+        let broken = SensorBreak::ALL
+            .map(|broken| driven(ActiveFaults::none().from(from_us, component, broken.kind())));
         let of_profile = |profile| -> Result<DriveScores, RunError> {
             let config = Config {
                 seed,
@@ -173,7 +174,7 @@ const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
 fn row(
     scenario: &Scenario,
     profile: Profile,
-    trouble: Option<SensorTrouble>,
+    trouble: Option<SensorBreak>,
     seeds: &[u64],
     column: usize,
     drives: &[DriveScores],

@@ -15,9 +15,10 @@ use amiro_ipf::random::Generator;
 
 use super::bring_up::buses;
 use super::frames::FrameWay;
-use super::wheel_board::WheelBoard;
-use super::{Rhythm, RobotFaults, Scene, SensorClocks, Trouble};
+use super::wheel_module::WheelModule;
+use super::{Rhythm, Scene, SensorClocks};
 use crate::bus::RobotBuses;
+use crate::faults::{ActiveFaults, Component, Kind, period_us};
 use crate::world::{Options, Scenario};
 
 /// Between two patrols of the flash image: 2 kHz.
@@ -79,12 +80,12 @@ impl Said {
 #[derive(Debug)]
 pub struct Robot {
     scene: Scene,
-    faults: RobotFaults,
+    faults: ActiveFaults,
     seed: u64,
     clocks: SensorClocks,
     buses: RobotBuses,
     senses: Acquisition,
-    wheels: WheelBoard,
+    wheels: WheelModule,
     frames: FrameWay,
     now_us: u64,
     patrols: u64,
@@ -101,7 +102,7 @@ impl Robot {
     /// The options' dropout is not its own: samples get lost on the buses. Of the
     /// odometries it has wheel errors or none.
     #[must_use]
-    pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: RobotFaults) -> Self {
+    pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: ActiveFaults) -> Self {
         Self::with_rhythm(scenario, seed, options, faults, &Rhythm::drawn(seed))
     }
 
@@ -111,7 +112,7 @@ impl Robot {
         scenario: &Scenario,
         seed: u64,
         options: &Options,
-        faults: RobotFaults,
+        faults: ActiveFaults,
         rhythm: &Rhythm,
     ) -> Self {
         let scene = Scene::of(scenario, seed, options);
@@ -129,7 +130,7 @@ impl Robot {
         }
         faults.script(&mut buses, STARTS_DRIVING_US);
         Self {
-            wheels: WheelBoard::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
+            wheels: WheelModule::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
             frames: FrameWay::default(),
             scene,
             faults,
@@ -279,56 +280,46 @@ impl Robot {
     /// How long a slow sensor takes from one measurement to the next.
     fn period_ns(&self, sensor: usize, at_ns: u64) -> Option<u64> {
         let drive_us = (at_ns / 1_000).saturating_sub(STARTS_DRIVING_US);
-        let slow = self
-            .faults
-            .at(drive_us)
-            .filter_map(|trouble| match trouble {
-                Trouble::Slow {
-                    sensor: it,
-                    period_us,
-                } if it == sensor => Some(period_us * 1_000),
-                _ => None,
-            });
+        let active = self.faults.of(Component::Sensor(sensor), drive_us);
+        let slow = active.filter_map(|kind| match kind {
+            Kind::Slow(rate_hz) => Some(period_us(rate_hz) * 1_000),
+            _ => None,
+        });
         slow.max()
     }
 
     fn light(&mut self, sensor: usize, at_ns: u64) {
         let drive_ns = at_ns.cast_signed() - (STARTS_DRIVING_US * 1_000).cast_signed();
         let drive_us = u64::try_from(drive_ns / 1_000).unwrap_or(0);
-        let late = self
-            .faults
-            .at(drive_us)
-            .filter_map(|trouble| match trouble {
-                Trouble::Late { sensor: it, by_us } if it == sensor => Some(by_us * 1_000),
-                _ => None,
-            });
+        let component = Component::Sensor(sensor);
+        let late = self.faults.of(component, drive_us);
+        let late = late.filter_map(|kind| match kind {
+            Kind::Delayed(by) => Some(by.as_nanos() as u64),
+            _ => None,
+        });
         let seen_ns = drive_ns - late.max().unwrap_or(0).cast_signed();
         let Some(mut raw) = self.scene.raw_counts(sensor, seen_ns) else {
             return;
         };
         let mut ambient_counts = 0;
         let mut is_stuck = false;
-        for trouble in self.faults.at(drive_us) {
-            match trouble {
-                Trouble::Saturated { sensor: it } if it == sensor => raw = u16::MAX,
-                Trouble::Stuck { sensor: it } if it == sensor => is_stuck = true,
-                Trouble::Garbage { sensor: it } if it == sensor => {
+        for kind in self.faults.of(component, drive_us) {
+            match kind {
+                Kind::Saturated => raw = u16::MAX,
+                Kind::Stuck => is_stuck = true,
+                Kind::Garbage => {
                     let moment = at_ns.rotate_left(20);
                     let seed = self.seed ^ self.faults.seed();
                     let mut noise = Generator::seeded(seed ^ GARBAGE_STREAM ^ moment);
                     // The upper half of the bits.
                     raw = (noise.bits() >> 16) as u16;
                 }
-                Trouble::Wrong { sensor: it, counts } if it == sensor && raw != u16::MAX => {
+                Kind::Wrong(counts) if raw != u16::MAX => {
                     let wrong = i32::from(raw).saturating_add(counts);
                     // One below a full register, which would say something else.
                     raw = wrong.clamp(0, i32::from(u16::MAX - 1)) as u16;
                 }
-                Trouble::Lit {
-                    sensor: it,
-                    ambient,
-                    added,
-                } if it == sensor => {
+                Kind::Lit { ambient, added } => {
                     ambient_counts = ambient;
                     raw = raw.saturating_add(added);
                 }

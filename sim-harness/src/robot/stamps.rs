@@ -6,9 +6,10 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::node::{Config, Input};
 use rayon::prelude::*;
 
-use super::{Robot, RobotFaults, drive, map};
+use super::{Robot, drive, map};
 use crate::RunError;
 use crate::evaluation::MeanStd;
+use crate::faults::ActiveFaults;
 use crate::world::{Options, Scenario};
 
 /// The same drives of a robot with four odometries.
@@ -99,7 +100,7 @@ fn errors(scenario: &Scenario, profile: Profile, seed: u64) -> Result<DriveError
         seed,
         ..scenario.config(profile)
     };
-    let robot = Robot::new(scenario, seed, &Options::default(), RobotFaults::none());
+    let robot = Robot::new(scenario, seed, &Options::default(), ActiveFaults::none());
     let whole = drive(robot);
     let true_place = |stamp_us: u64| {
         let at = whole.poses.partition_point(|(at_us, _)| *at_us < stamp_us);

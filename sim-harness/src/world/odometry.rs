@@ -83,11 +83,11 @@ impl FromStr for Odometry {
 /// The odometry of one drive.
 #[derive(Clone, Debug)]
 pub(super) struct Odometer {
-    kind: Kind,
+    kind: OdometerKind,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum OdometerKind {
     Truth,
     Wheels(WheelWalk),
     /// The last frame that was reported.
@@ -99,10 +99,12 @@ impl Odometer {
     /// The given odometry with an error of its own, at the start of a drive.
     pub(super) fn new(odometry: Odometry, start: &Pose, errors: Generator) -> Self {
         let kind = match odometry {
-            Odometry::Truth => Kind::Truth,
-            Odometry::WheelErrors(model) => Kind::Wheels(WheelWalk::new(&model, start, errors)),
-            Odometry::Amiro => Kind::Amiro(None),
-            Odometry::AmiroUndated => Kind::AmiroUndated,
+            Odometry::Truth => OdometerKind::Truth,
+            Odometry::WheelErrors(model) => {
+                OdometerKind::Wheels(WheelWalk::new(&model, start, errors))
+            }
+            Odometry::Amiro => OdometerKind::Amiro(None),
+            Odometry::AmiroUndated => OdometerKind::AmiroUndated,
         };
         Self { kind }
     }
@@ -110,9 +112,9 @@ impl Odometer {
     /// The stamp and pose that have arrived when the sensors are sampled, if new. Samples are closer together than frames, so it is one at most.
     pub(super) fn update_at(&mut self, drive: &Drive, stamp_us: u64) -> Option<(u64, Pose)> {
         match &mut self.kind {
-            Kind::Truth => Some((stamp_us, drive.pose_at(stamp_us))),
-            Kind::Wheels(walk) => Some((stamp_us, walk.moved_to(&drive.pose_at(stamp_us)))),
-            Kind::Amiro(last) => {
+            OdometerKind::Truth => Some((stamp_us, drive.pose_at(stamp_us))),
+            OdometerKind::Wheels(walk) => Some((stamp_us, walk.moved_to(&drive.pose_at(stamp_us)))),
+            OdometerKind::Amiro(last) => {
                 let newest = AmiroFrame::newest_at(stamp_us);
                 if *last == Some(newest) {
                     return None;
@@ -120,7 +122,7 @@ impl Odometer {
                 *last = Some(newest);
                 Some((newest.update_us(), newest.pose(drive)))
             }
-            Kind::AmiroUndated => {
+            OdometerKind::AmiroUndated => {
                 let newest = AmiroFrame::newest_at(stamp_us);
                 Some((stamp_us, newest.pose(drive)))
             }

@@ -744,6 +744,104 @@ fn a_file_that_appears_while_the_board_is_configured_is_not_overwritten() {
     assert_eq!(std::fs::read(&out).unwrap(), b"another's");
 }
 
+/// A board that sends so many statuses once it is configured, then nothing.
+fn plug_falling_silent(mut statuses: u32) -> String {
+    let mut is_configured = false;
+    plug(move |input| {
+        let events = match input {
+            Some(Message::Hello) => vec![boot(WIRE_VERSION)],
+            Some(Message::Input(Input::Configure(config))) => {
+                is_configured = true;
+                vec![Event::Configured(*config).into()]
+            }
+            None if is_configured && statuses > 0 => {
+                statuses -= 1;
+                vec![Message::Status(Status::default())]
+            }
+            _ => Vec::new(),
+        };
+        Said {
+            boot_id: 1,
+            events,
+            ..Said::default()
+        }
+    })
+}
+
+#[test]
+fn a_board_that_falls_silent_ends_a_good_recording_with_0_and_an_empty_one_with_2() {
+    let folder = Folder::new("silent");
+    let out = folder.file("drive.ipf");
+    let port = plug_falling_silent(20);
+    let output = ipf(&["record", "--on", &port, "--out", &out]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(0), "{shown}");
+    assert!(
+        shown.contains("the board sent nothing for 2 s: the recording ends here"),
+        "{shown}"
+    );
+    let recording = sim_harness::log::read(Path::new(&out)).unwrap();
+    let statuses = recording.messages.iter();
+    let statuses = statuses.filter(|message| matches!(message, Message::Status(_)));
+    assert_eq!(statuses.count(), 20);
+    let port = plug_falling_silent(0);
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("none.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(2), "{shown}");
+    assert!(shown.contains("the board fell silent"), "{shown}");
+}
+
+#[test]
+fn a_board_that_is_reset_every_ten_milliseconds_ends_with_6() {
+    let folder = Folder::new("storm");
+    let mut boot_id = 0_u8;
+    let port = plug(move |_| {
+        boot_id = boot_id.wrapping_add(1);
+        Said {
+            boot_id,
+            events: vec![boot(WIRE_VERSION)],
+            ..Said::default()
+        }
+    });
+    let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
+    let shown = printed(&output);
+    assert_eq!(output.status.code(), Some(6), "{shown}");
+    assert!(
+        shown.contains("the board was reset 100 times while it was greeted"),
+        "{shown}"
+    );
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_wrong_baud_rate_is_named_once_and_zero_bytes_are_none() {
+    let folder = Folder::new("baud");
+    let run = |noise, out| {
+        let port = plug_noisy(noise);
+        let out = folder.file(out);
+        let output = ipf(&["record", "--on", &port, "--seconds", "5", "--out", &out]);
+        let shown = printed(&output);
+        (shown.matches("wrong baud rate").count(), shown)
+    };
+    let (count, shown) = run(vec![0x55; 100], "noise.ipf");
+    assert_eq!(count, 1, "{shown}");
+    let (count, shown) = run(vec![0; 100], "zeros.ipf");
+    assert_eq!(count, 0, "{shown}");
+    assert!(shown.contains("the board fell silent"), "{shown}");
+}
+
+#[test]
+fn the_port_of_the_board_is_not_its_recording() {
+    let port = plug_recorded(false, None);
+    for force in [&[][..], &["--force"]] {
+        let command = [&["record", "--on", &port, "--out", &port], force].concat();
+        let output = ipf(&command);
+        let shown = printed(&output);
+        assert_eq!(output.status.code(), Some(2), "{shown}");
+        assert!(shown.contains("is the port of the board"), "{shown}");
+    }
+}
+
 /// With `IPF_LONG` set, since it takes 100 s.
 #[test]
 fn a_board_that_is_reset_in_a_loop_ends_a_recording_with_6() {

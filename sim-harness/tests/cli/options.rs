@@ -374,6 +374,91 @@ fn a_recording_on_a_full_standard_output_is_an_error() {
 }
 
 #[test]
+fn a_recording_on_a_closed_standard_output_ends_with_5() {
+    let folder = Folder::new("closed");
+    let script = "exec \"$0\" simulate \"$1\" --out - >&-";
+    let mut shell = Command::new("sh");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_ipf"), &scenario()]);
+    let output = shell.current_dir(&folder.0).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{message}");
+    let words = "standard output cannot be written: it is closed";
+    assert!(message.contains(words), "{message}");
+    let mut into_null = folder.ipf(&["simulate", &scenario(), "--out", "-"]);
+    let output = into_null.stdout(Stdio::null()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+}
+
+#[test]
+fn a_named_pipe_is_refused_as_output_and_interruptible_as_input() {
+    let folder = Folder::new("fifo");
+    let made = Command::new("mkfifo").arg(folder.0.join("fifo")).status();
+    assert!(made.unwrap().success());
+    folder.refuses(&[
+        ("record --on x --out fifo", "--out fifo: is a named pipe"),
+        (
+            "record --on x --force --out fifo",
+            "--out fifo: is a named pipe",
+        ),
+        (
+            "simulate SSSO --out fifo",
+            "--out: cannot write fifo: is a named pipe",
+        ),
+    ]);
+    for signal in ["-INT", "-TERM"] {
+        let mut replay = folder.ipf(&["replay", "fifo", "--out", "out"]);
+        let mut replay = replay.spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let id = replay.id().to_string();
+        let sent = Command::new("kill").args([signal, &id]).status().unwrap();
+        assert!(sent.success());
+        assert_eq!(replay.wait().unwrap().code(), None, "{signal} ends it");
+    }
+}
+
+#[test]
+fn a_recording_of_a_robot_goes_to_no_device_but_null() {
+    let folder = Folder::new("devices");
+    folder.refuses(&[
+        (
+            "record --on x --out /dev/full",
+            "--out /dev/full: is a device",
+        ),
+        (
+            "record --on x --force --out /dev/full",
+            "--out /dev/full: is a device",
+        ),
+        (
+            "record --on /dev/null --force --out /dev/null",
+            "--out /dev/null: is the port of the board",
+        ),
+        // These are let through: only the board is missing.
+        ("record --on x --out /dev/null", "cannot be reached: x"),
+        ("record --on x --out /dev/stdout", "cannot be reached: x"),
+    ]);
+}
+
+#[test]
+fn particles_that_no_image_has_room_for_are_refused_before_one_is_built_or_started() {
+    let folder = Folder::new("capacity");
+    // Of a robot with eight sensors.
+    let scenario = scenario().replace("ssso", "msod");
+    let made = folder.run(&["simulate", &scenario, "--out", "drive.ipf"]);
+    assert_eq!(made.status.code(), Some(0), "{made:?}");
+    let mut replay = folder.ipf(&["replay", "drive.ipf", "--on", "qemu"]);
+    replay.args(["--particles", "1500"]);
+    // Neither cargo nor QEMU is found.
+    replay.env("PATH", "").env("CARGO", "no-cargo");
+    let output = replay.output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("12000 particles, at most 8000 fit"),
+        "{message}"
+    );
+}
+
+#[test]
 fn names_of_up_to_255_bytes_are_written() {
     let folder = Folder::new("long-names");
     for length in [240, 250, 255] {

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 pub(crate) use shared::{can_emulate, root, rust_files, say_skipped, skip};
-use sim_harness::link::{Image, Layout, build_image};
+use sim_harness::device::{Image, Layout, build_image};
 
 /// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.
 pub(crate) fn recordings() -> Option<PathBuf> {

@@ -5,9 +5,9 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{DeviceEndpoint, Encoder, Truth};
 use amiro_ipf::model::Sample;
-use amiro_ipf::node::{Config, Input};
+use amiro_ipf::node::{Config, Event, Input};
 use amiro_ipf::{filter::ParticleSet, node::Node};
-use sim_harness::link::boot_on_host;
+use sim_harness::device::boot_on_host;
 use sim_harness::log::{Place, Reason, Recording, RecordingWriter, read_from};
 use sim_harness::world::Scenario;
 
@@ -51,6 +51,27 @@ fn simulated(scenario: &str, seed: u64) -> Vec<u8> {
         }
     }
     writer.finish().unwrap()
+}
+
+/// A recording as `record` writes it: the host's only frame is its configuration, behind it
+/// stand the board's frames, the inputs that it read itself among them. The second one of
+/// the same boot lacks the frame that says that the configuration was taken.
+fn two_of_one_boot() -> [Vec<u8>; 2] {
+    let mut board = Encoder::new(7);
+    let halves = drive();
+    let (first, second) = halves.split_at(halves.len() / 2);
+    [(first, true), (second, false)].map(|(inputs, has_configured)| {
+        let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+        writer.write_input(&Input::Configure(config())).unwrap();
+        let configured = board.encode(&Event::Configured(config()));
+        if has_configured {
+            writer.write_frames(configured).unwrap();
+        }
+        for input in inputs {
+            writer.write_frames(board.encode(input)).unwrap();
+        }
+        writer.finish().unwrap()
+    })
 }
 
 /// A recording of a board: the host's configuration, and what the board sends after it.
@@ -141,7 +162,7 @@ fn a_simulated_recording_that_ends_within_its_scenario_costs_the_second_nothing(
     let whole = simulated(SSSO, 100);
     let cut = [&whole[..400], &whole].concat();
     let recording = read_from(cut.as_slice()).unwrap();
-    assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+    assert_eq!(recording.refusals.count_of(Reason::BeforeConfiguration), 1);
     let alone = read_from(whole.as_slice()).unwrap();
     assert_eq!(without_refusals(recording), without_refusals(alone));
 }
@@ -159,6 +180,26 @@ fn joined_recordings_of_a_board_read_as_the_first() {
     assert_first_run_is_read(&first, &[first.as_slice(), &other].concat(), place);
     let place = Place::Byte(other.len() as u64 + 1);
     assert_first_run_is_read(&other, &[other.as_slice(), &first].concat(), place);
+}
+
+#[test]
+fn a_second_recording_of_the_same_boot_without_its_configured_is_another_run() {
+    let [first, second] = two_of_one_boot();
+    let place = Place::Byte(first.len() as u64 + 1);
+    assert_first_run_is_read(&first, &[first.as_slice(), &second].concat(), place);
+}
+
+#[test]
+fn a_configuration_that_a_line_repeated_is_one_configuration() {
+    let [first, _] = two_of_one_boot();
+    let mut writer = RecordingWriter::new(Vec::new()).unwrap();
+    writer.write_input(&Input::Configure(config())).unwrap();
+    let head = writer.finish().unwrap();
+    let repeated = [&head, &first[1..]].concat();
+    let recording = read_from(repeated.as_slice()).unwrap();
+    assert_eq!(recording.refusals.count_of(Reason::Repeated), 1);
+    let alone = read_from(first.as_slice()).unwrap();
+    assert_eq!(without_refusals(recording), without_refusals(alone));
 }
 
 #[test]

@@ -5,5 +5,7 @@ mod common;
 
 mod datasets;
 mod joined_recordings;
+#[cfg(target_os = "linux")]
+mod memory;
 mod recordings;
 mod stamps;

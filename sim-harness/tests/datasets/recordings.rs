@@ -17,7 +17,7 @@ use amiro_ipf::link::{
 use amiro_ipf::model::{Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Event, Input, Node, SampleSelection, Source, StepRule};
 use proptest::prelude::*;
-use sim_harness::link::{Comparison, boot_on_host};
+use sim_harness::device::{Comparison, boot_on_host};
 use sim_harness::log::{
     Format, LogError, Place, Problem, Reason, Recording, RecordingWriter, read, read_from,
 };
@@ -413,7 +413,7 @@ fn a_live_recording_replays_whatever_the_board_was_amid() {
         writer.write_frames(&board.said).unwrap();
         let recording = reading(writer.finish().unwrap()).unwrap();
         assert_replays(&recording, &wanted, &inputs);
-        assert_eq!(recording.refusals.count_of(Reason::Forgotten), 1);
+        assert_eq!(recording.refusals.count_of(Reason::BeforeConfiguration), 1);
         assert_eq!(recording.refusals.count(), 1, "{}", recording.refusals);
         // The silence before the end is a second segment.
         assert_eq!(recording.segments, 2);

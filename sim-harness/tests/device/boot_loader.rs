@@ -6,7 +6,7 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::Message;
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Input};
-use sim_harness::link::{Board, Comparison, LinkError, QemuOptions, drive};
+use sim_harness::device::{Board, Comparison, LinkError, QemuOptions, drive};
 use sim_harness::run;
 
 use crate::common;

@@ -11,8 +11,8 @@ use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Fault as Refusal, Input};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
+use sim_harness::device::Comparison;
 use sim_harness::faults::{Faults, SimulatedDrive};
-use sim_harness::link::Comparison;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
 use sim_harness::robot::{Mapped, Robot, RobotDrive, STARTS_DRIVING_US, Said, drive, map};
 use sim_harness::run;
@@ -33,7 +33,7 @@ fn faults(text: &str) -> Faults {
 
 /// A whole drive with what a text says, without noise if so asked.
 fn driven_with(text: &str, options: &Options) -> RobotDrive {
-    let broken = faults(text).on_robot(7);
+    let broken = faults(text).active(7);
     drive(Robot::new(&msod(), SEED, options, broken))
 }
 
@@ -579,7 +579,7 @@ fn ok_ends_what_was_named_before() {
 fn the_same_words_script_buses_without_a_robot() {
     let mut buses = RobotBuses::default();
     faults("bus1=off@1s..2s, mux2=off@3s")
-        .on_robot(1)
+        .active(1)
         .script(&mut buses, 0);
     let answers = |buses: &mut RobotBuses, at_s: u64| {
         buses.advance_to(at_s * 1_000_000_000);

@@ -14,7 +14,7 @@ use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::{PostMortem, Supervision};
 use amiro_ipf::link::{Boot, FrameError, Message, Status, WIRE_VERSION};
 use amiro_ipf::node::{Config, Event, Fault, Particles, StepBegun, StepDone};
-use sim_harness::link::{Imbalance, LinkError};
+use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
 use shape::{Named, Shape};
@@ -195,6 +195,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::Version { board: 1 },
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
+        LinkError::KeepsResetting { resets: 100 },
         LinkError::Refused(Fault::SafeMode),
         LinkError::Restarted { input: 12 },
     ];
@@ -210,6 +211,7 @@ fn every_message_about_a_board_is_explained() {
             | LinkError::Version { .. }
             | LinkError::NoAnswer { .. }
             | LinkError::Silent
+            | LinkError::KeepsResetting { .. }
             | LinkError::Refused(_)
             | LinkError::Restarted { .. } => {}
         }
@@ -242,7 +244,7 @@ fn every_reason_why_a_piece_of_a_recording_is_left_out_is_explained() {
         Reason::Backward,
         Reason::NotFinite,
         Reason::BadConfiguration,
-        Reason::Forgotten,
+        Reason::BeforeConfiguration,
         Reason::SecondRun,
         Reason::BadScenario,
         Reason::BadFaults,
@@ -271,7 +273,7 @@ fn every_reason_why_a_piece_of_a_recording_is_left_out_is_explained() {
             | Reason::Backward
             | Reason::NotFinite
             | Reason::BadConfiguration
-            | Reason::Forgotten
+            | Reason::BeforeConfiguration
             | Reason::SecondRun
             | Reason::BadScenario
             | Reason::BadFaults

@@ -90,7 +90,7 @@ fn amiro_s_boot_loader_would_start_the_image() {
 #[cfg(unix)]
 #[test]
 fn an_endless_file_is_given_up_before_it_fills_the_memory() {
-    let error = sim_harness::link::Image::read(Path::new("/dev/zero")).unwrap_err();
+    let error = sim_harness::device::Image::read(Path::new("/dev/zero")).unwrap_err();
     assert!(
         error.to_string().contains("more than 67108864 bytes"),
         "{error}"

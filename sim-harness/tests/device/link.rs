@@ -20,7 +20,7 @@ use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Fault, Input, Node, Source};
 use amiro_ipf::random::{Generator, uniform_below};
 use sim_harness::bus::RobotBuses;
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Comparison, Equality, FrameTally, LinkError, Verdict, boot_on_host, drive,
     measure_offsets, offsets_in_words, record,
 };

@@ -28,13 +28,13 @@ use amiro_ipf::node::{
 };
 use amiro_ipf::random::{Generator, uniform_below};
 use serialport::{SerialPort, TTYPort};
+use sim_harness::device::{
+    Board, FaultInjector, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossStats, News,
+    QemuOptions, boot_on_host, drive, record,
+};
 use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{Scores, Truth};
 use sim_harness::geometry::Pose2;
-use sim_harness::link::{
-    Account, Board, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossyLine, News,
-    QemuOptions, boot_on_host, drive, record,
-};
 use sim_harness::mapping::{CountingMapper, Mapper};
 use sim_harness::world::{Options, Scenario, simulate_with};
 use sim_harness::{log, run};
@@ -87,6 +87,11 @@ fn message(messages: &[Message], number: u64) -> Message {
     message
 }
 
+/// A line with these faults.
+fn line_with(words: &str, seed: u64) -> FaultInjector {
+    FaultInjector::new(&format!("link={words}").parse().unwrap(), seed)
+}
+
 /// What came of a stream of [`messages`] on a line.
 struct Crossing {
     /// As the host counts, closed with what the sender says.
@@ -100,10 +105,10 @@ struct Crossing {
 /// Sends frames over a line and checks that each that is accepted was really sent.
 fn cross(faults: &str, seed: u64, frames: u64) -> Crossing {
     let messages = messages();
-    let mut line = LossyLine::new(&faults.parse().unwrap(), seed);
+    let mut line = line_with(faults, seed);
     let mut encoder = Encoder::new(9);
     let mut decoder = Decoder::new();
-    let mut account = Account::since_boot(9);
+    let mut account = LossStats::since_boot(9);
     let mut by_length = BTreeMap::<usize, (u64, u64)>::new();
     // By sequence number.
     let mut lengths = vec![0; 1 << 16];
@@ -224,7 +229,7 @@ fn f68_repeated_and_reordered_frames_change_no_event() {
     };
     let mut clean = Vec::new();
     let mut line = |faults: &str, seed| {
-        let mut line = LineRun::new(LossyLine::new(&faults.parse().unwrap(), seed));
+        let mut line = LineRun::new(line_with(faults, seed));
         let mut came = Vec::new();
         let mut arrive = |event: &Event| came.push(event.clone());
         clean.clear();
@@ -279,7 +284,7 @@ fn f60_a_map_from_a_line_with_a_bit_error_in_a_thousand_is_within_a_point_of_the
                 ..scenario.config(profile)
             };
             let error_of = |faults: &str| {
-                let mut line = LineRun::new(LossyLine::new(&faults.parse().unwrap(), seed));
+                let mut line = LineRun::new(line_with(faults, seed));
                 let mut came = Vec::new();
                 let mut arrive = |event: &Event| came.push(event.clone());
                 run(&config, &inputs, |event| line.send(event, &mut arrive)).unwrap();
@@ -426,10 +431,10 @@ fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_fr
         ("lose:0.5", 80),
     ] {
         let place = format!("{faults}, {bytes_a_row} bytes a row");
-        let mut line = LossyLine::new(&faults.parse().unwrap(), 65);
+        let mut line = line_with(faults, 65);
         let mut board = SlowBoard::new(3);
         let mut decoder = Decoder::new();
-        let mut account = Account::since_boot(3);
+        let mut account = LossStats::since_boot(3);
         let mut take = |bytes: Vec<u8>| {
             for received in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
                 account.take(&received);
@@ -448,7 +453,7 @@ fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_fr
         // The line becomes good and quick: everything that waits arrives, and a status
         // says what was dropped.
         let damage = line.tally();
-        let mut good = LossyLine::new(&"ok".parse().unwrap(), 1);
+        let mut good = line_with("ok", 1);
         // The end of what was half delivered.
         take(vec![0]);
         board.report();
@@ -474,7 +479,7 @@ fn f60_a_board_behind_a_bad_line_is_balanced_whatever_ended_the_run() {
     let mut lost = 0;
     for seed in 1..=4 {
         let faults = ["ok", "ber:1e-5", "lose:1e-3", "ber:2e-6+drop:1e-5x200"][seed as usize - 1];
-        let line = |faults: &str| LossyLine::new(&faults.parse().unwrap(), seed);
+        let line = |faults: &str| line_with(faults, seed);
         let mut board = Board::in_memory(|_| true).behind(line("ok"), line(faults));
         board.greet().unwrap();
         let (_, before) = board.line_tallies().unwrap();
@@ -1014,7 +1019,7 @@ fn f46_a_flood_of_garbage_delays_no_status_of_the_board() {
 fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_is_back() {
     let Some(image) = common::image() else { return };
     let options = QemuOptions {
-        can_hang_up: true,
+        can_disconnect: true,
         ..counting()
     };
     let mut board = Board::in_qemu(image, &options).unwrap();
@@ -1028,7 +1033,7 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
         6_000
     };
     let enough_ms = left.board.uptime_ms + away_ms;
-    board.hang_up();
+    board.disconnect();
     // How quickly exactly, it says itself: calls until it has been long enough.
     thread::sleep(Duration::from_millis(away_ms));
     // A busy host's emulator runs slower.
@@ -1055,7 +1060,7 @@ fn f64_a_host_that_was_away_finds_a_status_within_an_eighth_of_a_second_when_it_
             "only {} ms",
             status.board.uptime_ms
         );
-        board.hang_up();
+        board.disconnect();
     };
     // It never waited: a step each 125 ms, none late, none skipped.
     let away_ms = back.board.uptime_ms - left.board.uptime_ms;

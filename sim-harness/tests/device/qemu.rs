@@ -11,7 +11,7 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input, SeedSource, StepRule};
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
 };
 use sim_harness::run;

@@ -9,13 +9,14 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{DeviceEndpoint, Encoder, Message};
 use amiro_ipf::model::{SENSORS, Sample, SensorMask};
 use amiro_ipf::node::{Config, Event, Fault, Input, Node, Particles, Source};
+use sim_harness::device::boot_on_host;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::Scores;
-use sim_harness::link::boot_on_host;
+use sim_harness::faults::{ActiveFaults, Component, Kind};
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
-    Mapped, OFFSETS, Report, Rhythm, Robot, RobotFaults, STARTS_DRIVING_US, Said, Scene,
-    SensorClocks, SensorFaultTrials, Trouble, drive, map,
+    Mapped, OFFSETS, Report, Rhythm, Robot, STARTS_DRIVING_US, Said, Scene, SensorClocks,
+    SensorFaultTrials, drive, map,
 };
 use sim_harness::world::{Drive, Options, Scenario, standard};
 use sim_harness::{log, run};
@@ -35,7 +36,7 @@ fn config(scenario: &Scenario, profile: Profile, seed: u64) -> Config {
     }
 }
 
-fn robot(scenario: &Scenario, seed: u64, faults: RobotFaults) -> Robot {
+fn robot(scenario: &Scenario, seed: u64, faults: ActiveFaults) -> Robot {
     Robot::new(scenario, seed, &Options::default(), faults)
 }
 
@@ -44,7 +45,7 @@ fn middle_us(scenario: &Scenario) -> u64 {
     Drive::of(scenario).end_us() / 2
 }
 
-fn mapped(scenario: &Scenario, profile: Profile, seed: u64, faults: RobotFaults) -> Mapped {
+fn mapped(scenario: &Scenario, profile: Profile, seed: u64, faults: ActiveFaults) -> Mapped {
     let inputs = drive(robot(scenario, seed, faults)).inputs();
     map(scenario, &config(scenario, profile, seed), &inputs).unwrap()
 }
@@ -135,7 +136,7 @@ fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_
     ] {
         let scenario = scenario(name);
         let options = Options::default();
-        let robot = Robot::with_rhythm(&scenario, seed, &options, RobotFaults::none(), &rhythm);
+        let robot = Robot::with_rhythm(&scenario, seed, &options, ActiveFaults::none(), &rhythm);
         let whole = drive(robot);
         let inputs = whole.inputs();
         let stamps_us: Vec<u64> = inputs
@@ -167,7 +168,7 @@ fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_
 #[test]
 fn equal_seeds_give_equal_reports_and_others_do_not() {
     let scenario = scenario("ssso");
-    let of = |seed| drive(robot(&scenario, seed, RobotFaults::none()));
+    let of = |seed| drive(robot(&scenario, seed, ActiveFaults::none()));
     let first = of(1);
     assert_eq!(first, of(1));
     assert_ne!(first.reports, of(2).reports);
@@ -196,7 +197,7 @@ fn equal_seeds_give_equal_reports_and_others_do_not() {
 fn a_pose_is_stamped_with_its_time_to_some_milliseconds_once_the_robot_has_driven() {
     let scenario = scenario("msm_t");
     for seed in 1..=6 {
-        let whole = drive(robot(&scenario, seed, RobotFaults::none()));
+        let whole = drive(robot(&scenario, seed, ActiveFaults::none()));
         let errors_us = whole.reports.iter().filter_map(|report| match report.said {
             Said::Pose {
                 input: Input::Odometry { stamp_us, .. },
@@ -226,13 +227,13 @@ fn a_pose_is_stamped_with_its_time_to_some_milliseconds_once_the_robot_has_drive
 }
 
 /// Scores with a sensor's trouble from the middle on, and without.
-fn with_and_without(name: &str, seed: u64, trouble: Trouble) -> (Scores, Scores) {
+fn with_and_without(name: &str, seed: u64, sensor: usize, kind: Kind) -> (Scores, Scores) {
     let scenario = scenario(name);
     let of = |faults| mapped(&scenario, Profile::Plus, seed, faults).scores(&scenario);
     let from_us = middle_us(&scenario);
     (
-        of(RobotFaults::none().from(from_us, trouble)),
-        of(RobotFaults::none()),
+        of(ActiveFaults::none().from(from_us, Component::Sensor(sensor), kind)),
+        of(ActiveFaults::none()),
     )
 }
 
@@ -258,7 +259,7 @@ fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
 #[test]
 fn f14_garbage_of_one_sensor_costs_less_than_three_points() {
     for (seed, sensor) in [(100, 1), (101, 4), (102, 6)] {
-        let (garbage, sound) = with_and_without("msm_l", seed, Trouble::Garbage { sensor });
+        let (garbage, sound) = with_and_without("msm_l", seed, sensor, Kind::Garbage);
         let loss = garbage.oe.unwrap() - sound.oe.unwrap();
         assert!(loss <= 0.03, "seed {seed}: {garbage}\n{sound}");
     }
@@ -268,13 +269,12 @@ fn f14_garbage_of_one_sensor_costs_less_than_three_points() {
 fn f12_a_dazzled_sensor_turns_no_free_cells_into_walls() {
     // 50 000 counts are 12.5 klx; what of it the sensor takes for its own looks like a
     // wall at 58 mm.
-    let lit = |sensor| Trouble::Lit {
-        sensor,
+    let lit = Kind::Lit {
         ambient: 50_000,
         added: 300,
     };
     for (seed, sensor) in [(100, 1), (101, 4), (102, 6)] {
-        let (dazzled, sound) = with_and_without("msod", seed, lit(sensor));
+        let (dazzled, sound) = with_and_without("msod", seed, sensor, lit);
         let more = dazzled.fpr.unwrap() - sound.fpr.unwrap();
         assert!(more <= 0.02, "seed {seed}: {dazzled}\n{sound}");
     }
@@ -375,8 +375,8 @@ fn f01_a_dead_sensor_is_named_within_one_step() {
             particles_per_sensor: 20,
             ..config(&scenario, Profile::Plus, seed)
         };
-        let trouble = Trouble::Unplugged { sensor };
-        let faults = RobotFaults::none().from(middle_us(&scenario), trouble);
+        let component = Component::Sensor(sensor);
+        let faults = ActiveFaults::none().from(middle_us(&scenario), component, Kind::Off);
         let dead_us = at_middle_us(&scenario);
         let mut particles = set();
         let robot = robot(&scenario, seed, faults);
@@ -413,9 +413,9 @@ fn f18_without_any_sensor_nothing_is_said_about_the_world_any_more() {
     for (name, sensors) in [("ssso", 1), ("msod", SENSORS)] {
         let scenario = scenario(name);
         let dead_us = at_middle_us(&scenario);
-        let mut faults = RobotFaults::none();
+        let mut faults = ActiveFaults::none();
         for sensor in 0..sensors {
-            faults = faults.from(middle_us(&scenario), Trouble::Unplugged { sensor });
+            faults = faults.from(middle_us(&scenario), Component::Sensor(sensor), Kind::Off);
         }
         let mut particles = set();
         let config = config(&scenario, Profile::Plus, 100);
@@ -459,7 +459,7 @@ fn f20_while_the_bus_is_silent_nothing_moves_and_then_it_goes_on() {
         let scenario = scenario(name);
         let from_us = middle_us(&scenario);
         let silence = from_us..from_us + silent_us;
-        let faults = RobotFaults::none().during(silence, Trouble::NoFrames);
+        let faults = ActiveFaults::none().during(silence, Component::Can, Kind::Off);
         let config = config(&scenario, Profile::Plus, 100);
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
@@ -493,9 +493,10 @@ fn f21_a_bus_that_is_off_for_120_ms_costs_nothing() {
     let scenario = scenario("msod");
     for seed in 100..102 {
         let from_us = middle_us(&scenario);
-        let off = RobotFaults::none().during(from_us..from_us + 120_000, Trouble::NoFrames);
+        let off =
+            ActiveFaults::none().during(from_us..from_us + 120_000, Component::Can, Kind::Off);
         let off = mapped(&scenario, Profile::Plus, seed, off);
-        let sound = mapped(&scenario, Profile::Plus, seed, RobotFaults::none());
+        let sound = mapped(&scenario, Profile::Plus, seed, ActiveFaults::none());
         assert!(off.outcome.steps.abs_diff(sound.outcome.steps) <= 1);
         // Two lost frames of 63 ms: the last one's pose is too old for 14 ms.
         let stale = off.outcome.refusals.len() - sound.outcome.refusals.len();
@@ -509,7 +510,7 @@ fn f21_a_bus_that_is_off_for_120_ms_costs_nothing() {
 #[test]
 fn f22_without_a_bus_from_the_start_there_is_no_step_and_the_sensors_are_well() {
     let scenario = scenario("msod");
-    let faults = RobotFaults::none().from(0, Trouble::NoFrames);
+    let faults = ActiveFaults::none().from(0, Component::Can, Kind::Off);
     let config = config(&scenario, Profile::Plus, 100);
     let mut particles = set();
     let robot = robot(&scenario, 100, faults);
@@ -539,11 +540,11 @@ fn f22_without_a_bus_from_the_start_there_is_no_step_and_the_sensors_are_well() 
 fn f31_a_jump_in_the_frames_smears_nothing_and_what_insists_is_a_new_origin() {
     let scenario = scenario("msod");
     let from_us = middle_us(&scenario);
-    let by_m = [0.5, 0.2];
+    let by_m = [0.5, 0.0];
     // One frame, two frames, all frames from there on.
     for (length_us, breaks_off) in [(63_000, 0), (126_000, 0), (u64::MAX / 4, 1)] {
         let when_us = from_us..from_us + length_us;
-        let faults = RobotFaults::none().during(when_us, Trouble::Elsewhere { by_m });
+        let faults = ActiveFaults::none().during(when_us, Component::Can, Kind::Wrong(500));
         let config = config(&scenario, Profile::Plus, 100);
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
@@ -571,16 +572,14 @@ fn f31_a_jump_in_the_frames_smears_nothing_and_what_insists_is_a_new_origin() {
 fn f10_f14_stuck_and_mad_sensors_are_named_in_their_time() {
     let scenario = scenario("msod");
     type Named = fn(SensorState) -> bool;
-    let cases: [(Trouble, u64, Named); 2] = [
-        (Trouble::Stuck { sensor: 4 }, 1_200_000, |state| {
-            state == SensorState::Stale
-        }),
-        (Trouble::Garbage { sensor: 4 }, 2_000_000, |state| {
+    let cases: [(Kind, u64, Named); 2] = [
+        (Kind::Stuck, 1_200_000, |state| state == SensorState::Stale),
+        (Kind::Garbage, 2_000_000, |state| {
             state == SensorState::Faulty(SensorFault::Garbage)
         }),
     ];
-    for (trouble, within_us, is_named) in cases {
-        let faults = RobotFaults::none().from(middle_us(&scenario), trouble);
+    for (kind, within_us, is_named) in cases {
+        let faults = ActiveFaults::none().from(middle_us(&scenario), Component::Sensor(4), kind);
         let mut robot = robot(&scenario, 100, faults);
         let broken_us = at_middle_us(&scenario);
         let mut named_us = None;
@@ -591,7 +590,7 @@ fn f10_f14_stuck_and_mad_sensors_are_named_in_their_time() {
         }
         let named_us = named_us.unwrap();
         let took_us = named_us.saturating_sub(broken_us);
-        assert!(took_us > 0 && took_us < within_us, "{trouble:?}: {took_us}");
+        assert!(took_us > 0 && took_us < within_us, "{kind:?}: {took_us}");
     }
 }
 
@@ -610,7 +609,7 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
     let mut send = |frame: &[u8], _| line.extend_from_slice(frame);
     terminal.introduce(&mut send);
     terminal.inject(&Input::Configure(config), &mut send);
-    for report in robot(&scenario, 100, RobotFaults::none()) {
+    for report in robot(&scenario, 100, ActiveFaults::none()) {
         match report.said {
             Said::Health(health) => terminal.publish(&Message::Health(health), &mut send),
             Said::Offsets(offsets) => terminal.publish(&Message::Offsets(offsets), &mut send),

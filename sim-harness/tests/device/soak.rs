@@ -13,7 +13,7 @@ use amiro_ipf::math;
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input, Node, StepRule};
 use amiro_ipf::random::{Generator, uniform_below};
-use sim_harness::link::{Board, QemuOptions, drive};
+use sim_harness::device::{Board, QemuOptions, drive};
 
 use crate::common;
 

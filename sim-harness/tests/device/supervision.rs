@@ -16,7 +16,7 @@ use amiro_ipf::board::supervision::{
 use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Fault, Input, Source, StepRule};
-use sim_harness::link::{Board, Image, LinkError, News, QemuOptions, drive, record};
+use sim_harness::device::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 
 use crate::common;

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use sim_harness::calibration::{Fixed, Table};
-use sim_harness::link::{LineFault, LineFaults, LossyLine};
+use sim_harness::device::FaultInjector;
+use sim_harness::faults::{Faults, Kind};
 use sim_harness::mapping::Method;
 use sim_harness::world::Options;
 
@@ -24,25 +25,25 @@ pub fn check(bytes: &[u8]) {
     if let Err(error) = Table::parse(&text) {
         assert_is_printable(&error.to_string());
     }
-    if let Ok(faults) = text.parse::<LineFaults>() {
+    if let Ok(faults) = format!("link={text}").parse::<Faults>() {
         assert_eq!(faults.to_string().parse().as_ref(), Ok(&faults));
         check_line(&faults);
     }
 }
 
-fn check_line(faults: &LineFaults) {
+fn check_line(faults: &Faults) {
     let (mut most_garbage, mut copies) = (0, 1);
-    for (fault, _) in faults.iter() {
-        match fault {
-            LineFault::Garbage { most, .. } => most_garbage += *most,
-            LineFault::Twice(_) => copies *= 2,
+    for fault in faults.line() {
+        match fault.kind {
+            Kind::GarbageBytes { most, .. } => most_garbage += most,
+            Kind::Twice(_) => copies *= 2,
             _ => {}
         }
     }
     if most_garbage > LONGEST_GARBAGE || copies > 16 {
         return;
     }
-    let mut line = LossyLine::new(faults, 1);
+    let mut line = FaultInjector::new(faults, 1);
     let (mut sent, mut arrived, mut now) = (0, 0, Duration::ZERO);
     for number in 0..4 {
         let frame = frame_around(1, number, &[0, 0]);

@@ -201,7 +201,7 @@ impl Device for Vcnl4020Model {
         self.plugged && self.registers.interrupts()
     }
 
-    fn suffer(&mut self, fault: Fault, now_ns: u64) -> bool {
+    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
         let Fault::Sensor { fault, .. } = fault else {
             return false;
         };
@@ -352,7 +352,7 @@ mod tests {
         sensor.set_ambient(0x0102);
         assert_eq!(read(&mut sensor, 0x80, MS - 1), [0x83]);
         for half in [0x87, 0x88] {
-            sensor.suffer(measures(), MS);
+            sensor.inject(measures(), MS);
             assert_eq!(
                 read(&mut sensor, 0x80, MS),
                 [0xa3],
@@ -442,7 +442,7 @@ mod tests {
         let mut sensor = Vcnl4020Model::default();
         sensor.set_identity(0x32);
         let fault = SensorFault::Reset;
-        assert!(sensor.suffer(Fault::Sensor { channel: 0, fault }, 0));
+        assert!(sensor.inject(Fault::Sensor { channel: 0, fault }, 0));
         assert_eq!(read(&mut sensor, 0x81, 0), [0x32]);
     }
 
@@ -487,7 +487,7 @@ mod tests {
     #[test]
     fn a_sensor_whose_supply_failed_is_as_after_power_up() {
         let strike = |sensor: &mut Vcnl4020Model, fault| {
-            sensor.suffer(Fault::Sensor { channel: 2, fault }, 20 * MS)
+            sensor.inject(Fault::Sensor { channel: 2, fault }, 20 * MS)
         };
         let mut sensor = measuring();
         sensor.set_signal(300);

@@ -5,10 +5,11 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use amiro_ipf::board::budget::CAPACITY;
 use amiro_ipf::board::supervision::{ImageCheck, Mode, Supervision};
 use amiro_ipf::link::Message;
 use amiro_ipf::node::Config;
-use sim_harness::link::{
+use sim_harness::device::{
     Board, Image, Interrupt, Layout, QemuOptions, build_image, post_mortem_in_words,
 };
 use sim_harness::{RunError, console};
@@ -56,20 +57,30 @@ pub(super) fn check(
 /// Reaches the board that the command line names: `qemu`, or a serial port.
 ///
 /// From now on an interrupt ends what waits for the board, in order. For the emulator the
-/// image is built from these sources unless an ELF file is given.
+/// image is built from these sources unless an ELF file is given; the particles of `config`
+/// must fit into it.
 pub(super) fn reach(
     on: &str,
     baud: Option<u32>,
     image: Option<&Path>,
     options: &QemuOptions,
+    config: Option<&Config>,
 ) -> Result<Board, Box<dyn Error>> {
     if on != "qemu" {
         return Ok(Board::on_port(on, baud.unwrap_or(BAUD))?.ended_by(Interrupt::on_signals()?));
     }
+    let fits = |capacity| match (config, capacity) {
+        (Some(config), Some(capacity)) => sim_harness::check_capacity(config, capacity),
+        _ => Ok(()),
+    };
     let image = match image {
         Some(path) => Image::read(path)?,
-        None => Image::read(&build_image(Layout::Bare)?)?,
+        None => {
+            fits(Some(CAPACITY))?;
+            Image::read(&build_image(Layout::Bare)?)?
+        }
     };
+    fits(image.capacity())?;
     // Before the emulator is there: it is to end with this program.
     let interrupt = Interrupt::on_signals()?;
     Ok(Board::in_qemu(&image, options)?.ended_by(interrupt))

@@ -1,12 +1,12 @@
-//! One direction of a line, with its faults.
+//! A decorator of one direction of a byte transport that has the faults of a line.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use amiro_ipf::random::{Generator, uniform_below};
 
-use super::chance::{Chance, uniform};
-use super::{LineFault, LineFaults, Window};
+use super::geometric::{Geometric, uniform};
+use crate::faults::{Faults, Kind, Window};
 
 /// Bytes without a zero byte that are taken for a piece of their own.
 const LONGEST_PIECE: usize = 4096;
@@ -30,10 +30,10 @@ pub struct LineTally {
 
 /// A fault with its state.
 #[derive(Clone, Debug)]
-struct Trouble {
-    fault: LineFault,
+struct Injected {
+    kind: Kind,
     window: Window,
-    chance: Chance,
+    trials: Geometric,
     /// Bytes of a burst that are still to be dropped.
     to_drop: u32,
 }
@@ -44,8 +44,8 @@ struct Trouble {
 /// comes between; then bits are flipped; then all of it takes its time. Equal seeds and
 /// equal calls give equal bytes. Without faults every byte passes at once.
 #[derive(Clone, Debug)]
-pub struct LossyLine {
-    troubles: Vec<Trouble>,
+pub struct FaultInjector {
+    faults: Vec<Injected>,
     random: Generator,
     /// Bytes of a frame whose end was not sent yet.
     piece: Vec<u8>,
@@ -60,30 +60,31 @@ pub struct LossyLine {
     tally: LineTally,
 }
 
-impl LossyLine {
-    /// A line with these faults, drawn from this seed.
+impl FaultInjector {
+    /// A line with the faults of the link, drawn from this seed.
     #[must_use]
-    pub fn new(faults: &LineFaults, seed: u64) -> Self {
+    pub fn new(faults: &Faults, seed: u64) -> Self {
         let mut random = Generator::seeded(seed);
-        let troubles = faults
+        let faults = faults
+            .line()
             .iter()
-            .map(|&(fault, window)| {
-                let rate = match fault {
-                    LineFault::BitErrors(rate)
-                    | LineFault::Dropped { rate, .. }
-                    | LineFault::Garbage { rate, .. } => rate,
+            .map(|fault| {
+                let rate = match fault.kind {
+                    Kind::BitErrors(rate)
+                    | Kind::Dropped { rate, .. }
+                    | Kind::GarbageBytes { rate, .. } => rate,
                     _ => 0.0,
                 };
-                Trouble {
-                    fault,
-                    window,
-                    chance: Chance::new(rate, &mut random),
+                Injected {
+                    kind: fault.kind,
+                    window: fault.window,
+                    trials: Geometric::new(rate, &mut random),
                     to_drop: 0,
                 }
             })
             .collect();
         Self {
-            troubles,
+            faults,
             random,
             piece: Vec::new(),
             overtaken: None,
@@ -138,16 +139,14 @@ impl LossyLine {
         self.tally
     }
 
-    /// Whether something that is named by a word strikes the frame that is now sent.
-    fn strikes(&mut self, now: Duration, rate_of: impl Fn(LineFault) -> Option<f64>) -> bool {
+    /// Whether a fault of frames strikes the one that is now sent.
+    fn strikes(&mut self, now: Duration, of_rate: fn(f64) -> Kind) -> bool {
         let byte = self.tally.bytes_sent;
-        let Self {
-            troubles, random, ..
-        } = self;
-        troubles
+        let Self { faults, random, .. } = self;
+        faults
             .iter()
-            .filter(|trouble| trouble.window.contains(now, byte))
-            .filter_map(|trouble| rate_of(trouble.fault))
+            .filter(|fault| fault.window.contains(now, byte))
+            .filter_map(|fault| fault.kind.rate_if(of_rate))
             .fold(false, |struck, rate| struck | (uniform(random) <= rate))
     }
 
@@ -160,48 +159,36 @@ impl LossyLine {
             return;
         }
         self.tally.sent += 1;
-        let rate = |fault| match fault {
-            LineFault::Lost(rate) => Some(rate),
-            _ => None,
-        };
-        if self.strikes(now, rate) {
+        if self.strikes(now, Kind::Lost) {
             self.tally.bytes_sent += frame.len() as u64;
             self.tally.lost += 1;
             return;
         }
-        let rate = |fault| match fault {
-            LineFault::Cut(rate) => Some(rate),
-            _ => None,
-        };
-        let is_cut = self.strikes(now, rate);
-        if is_cut {
-            self.tally.bytes_sent += frame.len() as u64;
-            let end = uniform_below(&mut self.random, frame.len() as u32) as usize;
-            let rest = frame.get(..end).unwrap_or_default();
-            let passed = self.disturb(rest, self.tally.bytes_sent, now);
-            let came = passed.len();
-            self.dispatch(passed, now);
-            self.note(&[], came);
-            self.leave_unfinished(&frame, came);
+        if self.strikes(now, Kind::Cut) {
+            self.cut(&frame, now);
             return;
         }
-        let rate = |fault| match fault {
-            LineFault::Swapped(rate) => Some(rate),
-            _ => None,
-        };
-        if self.overtaken.is_none() && self.strikes(now, rate) {
+        if self.overtaken.is_none() && self.strikes(now, Kind::Swapped) {
             self.overtaken = Some(frame);
             return;
         }
-        let rate = |fault| match fault {
-            LineFault::Twice(rate) => Some(rate),
-            _ => None,
-        };
-        let copies = if self.strikes(now, rate) { 2 } else { 1 };
-        self.deliver_frame(&frame, copies, now);
+        let is_repeated = self.strikes(now, Kind::Twice);
+        self.deliver_frame(&frame, if is_repeated { 2 } else { 1 }, now);
         if let Some(overtaken) = self.overtaken.take() {
             self.deliver_frame(&overtaken, 1, now);
         }
+    }
+
+    /// Sends the first bytes of a frame, and its end never.
+    fn cut(&mut self, frame: &[u8], now: Duration) {
+        self.tally.bytes_sent += frame.len() as u64;
+        let end = uniform_below(&mut self.random, frame.len() as u32) as usize;
+        let rest = frame.get(..end).unwrap_or_default();
+        let passed = self.disturb(rest, self.tally.bytes_sent, now);
+        let came = passed.len();
+        self.dispatch(passed, now);
+        self.note(&[], came);
+        self.leave_unfinished(frame, came);
     }
 
     fn deliver_frame(&mut self, frame: &[u8], copies: usize, now: Duration) {
@@ -253,63 +240,10 @@ impl LossyLine {
 
     /// What becomes of bytes: dropped, garbage between them, bits flipped.
     fn disturb(&mut self, bytes: &[u8], first: u64, now: Duration) -> Vec<u8> {
-        let Self {
-            troubles, random, ..
-        } = self;
-        let mut left = bytes.to_vec();
-        let holds = |window: &Window, place| window.contains(now, first + place as u64);
-        for trouble in troubles.iter_mut() {
-            let window = trouble.window;
-            match trouble.fault {
-                LineFault::Off => {
-                    let mut place = 0;
-                    left.retain(|_| {
-                        place += 1;
-                        !holds(&window, place - 1)
-                    });
-                }
-                LineFault::Dropped { most, .. } => {
-                    let mut place = 0;
-                    left.retain(|_| {
-                        place += 1;
-                        if holds(&window, place - 1)
-                            && trouble.chance.next_within(1, random).is_some()
-                        {
-                            trouble.to_drop = 1 + uniform_below(random, most);
-                        }
-                        let is_dropped = trouble.to_drop > 0;
-                        trouble.to_drop = trouble.to_drop.saturating_sub(1);
-                        !is_dropped
-                    });
-                }
-                LineFault::Garbage { most, .. } => {
-                    let mut mixed = Vec::with_capacity(left.len());
-                    for (place, byte) in left.iter().enumerate() {
-                        if holds(&window, place) && trouble.chance.next_within(1, random).is_some()
-                        {
-                            let count = 1 + uniform_below(random, most);
-                            mixed.extend((0..count).map(|_| random.bits() as u8));
-                        }
-                        mixed.push(*byte);
-                    }
-                    left = mixed;
-                }
-                LineFault::BitErrors(_) => {
-                    for (place, byte) in left.iter_mut().enumerate() {
-                        if !holds(&window, place) {
-                            continue;
-                        }
-                        let mut bit = 0;
-                        while let Some(more) = trouble.chance.next_within(8 - bit, random) {
-                            *byte ^= 1 << (bit + more);
-                            bit += more + 1;
-                        }
-                    }
-                }
-                _ => {}
-            }
-        }
-        left
+        let Self { faults, random, .. } = self;
+        faults.iter_mut().fold(bytes.to_vec(), |left, fault| {
+            fault.disturb(left, first, now, random)
+        })
     }
 
     /// Sends bytes on their way.
@@ -336,17 +270,17 @@ impl LossyLine {
         self.open.truncate(LONGEST_PIECE);
         let byte = self.tally.bytes_sent;
         let mut due = now;
-        for trouble in &self.troubles {
-            if !trouble.window.contains(now, byte) {
+        for fault in &self.faults {
+            if !fault.window.contains(now, byte) {
                 continue;
             }
-            match trouble.fault {
-                LineFault::Slow(speed) => {
+            match fault.kind {
+                Kind::BytesPerSecond(speed) => {
                     let time = Duration::from_secs_f64(bytes.len() as f64 / f64::from(speed));
                     due = due.max(self.free_at) + time;
                     self.free_at = due;
                 }
-                LineFault::Delay(time) => due += time,
+                Kind::Delayed(time) => due += time,
                 _ => {}
             }
         }
@@ -359,12 +293,63 @@ impl LossyLine {
     }
 }
 
+impl Injected {
+    /// What this fault leaves of bytes, of which the first is this one of all.
+    fn disturb(
+        &mut self,
+        mut bytes: Vec<u8>,
+        first: u64,
+        now: Duration,
+        random: &mut Generator,
+    ) -> Vec<u8> {
+        let window = self.window;
+        let mut byte = first;
+        let mut is_inside = || {
+            byte += 1;
+            window.contains(now, byte - 1)
+        };
+        match self.kind {
+            Kind::Off => bytes.retain(|_| !is_inside()),
+            Kind::Dropped { most, .. } => bytes.retain(|_| {
+                if is_inside() && self.trials.next_within(1, random).is_some() {
+                    self.to_drop = 1 + uniform_below(random, most);
+                }
+                let is_dropped = self.to_drop > 0;
+                self.to_drop = self.to_drop.saturating_sub(1);
+                !is_dropped
+            }),
+            Kind::GarbageBytes { most, .. } => {
+                let mut mixed = Vec::with_capacity(bytes.len());
+                for byte in bytes {
+                    if is_inside() && self.trials.next_within(1, random).is_some() {
+                        let count = 1 + uniform_below(random, most);
+                        mixed.extend((0..count).map(|_| random.bits() as u8));
+                    }
+                    mixed.push(byte);
+                }
+                return mixed;
+            }
+            Kind::BitErrors(_) => {
+                for byte in bytes.iter_mut().filter(|_| is_inside()) {
+                    let mut bit = 0;
+                    while let Some(more) = self.trials.next_within(8 - bit, random) {
+                        *byte ^= 1 << (bit + more);
+                        bit += more + 1;
+                    }
+                }
+            }
+            _ => {}
+        }
+        bytes
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn line(faults: &str) -> LossyLine {
-        LossyLine::new(&faults.parse().unwrap(), 1)
+    fn line(faults: &str) -> FaultInjector {
+        FaultInjector::new(&format!("link={faults}").parse().unwrap(), 1)
     }
 
     /// A thousand frames of 2 to 21 bytes, none like another.
@@ -380,7 +365,7 @@ mod tests {
             .collect()
     }
 
-    fn through(line: &mut LossyLine) -> Vec<u8> {
+    fn through(line: &mut FaultInjector) -> Vec<u8> {
         let mut came = Vec::new();
         for frame in frames() {
             line.send(&frame, Duration::ZERO);
@@ -479,10 +464,10 @@ mod tests {
 
     #[test]
     fn equal_seeds_give_equal_bytes_and_others_do_not() {
-        let faults = "ber:1e-3+drop:1e-3x5+garbage:1e-3+lose:0.01"
+        let faults = "link=ber:1e-3+drop:1e-3x5+garbage:1e-3+lose:0.01"
             .parse()
             .unwrap();
-        let came = |seed| through(&mut LossyLine::new(&faults, seed));
+        let came = |seed| through(&mut FaultInjector::new(&faults, seed));
         assert_eq!(came(7), came(7));
         assert_ne!(came(7), came(8));
     }

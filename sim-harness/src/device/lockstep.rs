@@ -99,7 +99,7 @@ where
             return Err(LinkError::Restarted { input: first });
         }
         if is_in_other_run && matches!(frame.message, Message::Event(Event::Configured(_))) {
-            board.begin_account(&frame);
+            board.begin_loss_stats(&frame);
         }
         let message = frame.message;
         if !message.is_from_board() {

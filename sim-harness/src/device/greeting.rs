@@ -12,9 +12,14 @@ use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::PostMortem;
 use amiro_ipf::link::{Boot, Frame, Message};
 
+use super::LinkError;
+
 /// Frames from the `Boot` of an answer to its `Answer`: `PostMortem` and `Offsets` may
 /// lie between them.
 const LONGEST_ANSWER: u16 = 3;
+
+/// Resets within one greeting after which they are the reason why it fails.
+const RESETS_IN_A_LOOP: u32 = 10;
 
 /// First numbers of sessions.
 pub(super) type Numbers = Box<dyn FnMut() -> u16 + Send>;
@@ -54,15 +59,34 @@ impl Answerer {
 pub(super) struct Greeting {
     candidate: Option<Answerer>,
     answers_others: bool,
+    /// Boot id and number of the last `Boot`, of this greeting or one before it.
+    last_boot_frame: Option<(u8, u16)>,
+    resets: u32,
 }
 
 impl Greeting {
+    /// The next greeting of the same board: only the resets are carried over.
+    pub(super) fn next(&self) -> Self {
+        Self {
+            last_boot_frame: self.last_boot_frame,
+            resets: self.resets,
+            ..Self::default()
+        }
+    }
+
     /// Takes the next frame; the board that answers the `Hello` with the number `hello`.
     ///
     /// The board is the one whose `Boot` lies directly in front of the `Answer`.
     pub(super) fn take(&mut self, frame: &Frame, hello: u16) -> Option<Answerer> {
         match &frame.message {
             Message::Boot(boot) => {
+                // A board numbers its frames from 0 after a reset.
+                let found = (frame.boot_id, frame.sequence);
+                let before = self.last_boot_frame.replace(found);
+                let is_reset = before.is_some_and(|(boot_id, sequence)| {
+                    boot_id != frame.boot_id || frame.sequence <= sequence
+                });
+                self.resets += u32::from(is_reset);
                 self.candidate = Some(Answerer {
                     boot: *boot,
                     boot_id: frame.boot_id,
@@ -95,9 +119,18 @@ impl Greeting {
         self.candidate.as_ref().map(|board| &board.boot)
     }
 
-    /// Whether answers came, and none to this session's greeting.
-    pub(super) fn answers_others(&self) -> bool {
-        self.answers_others
+    /// Resets of the board that were seen.
+    pub(super) fn resets(&self) -> u32 {
+        self.resets
+    }
+
+    /// Why there was no answer to this session's greeting.
+    pub(super) fn failure(&self) -> LinkError {
+        match self.resets {
+            resets @ RESETS_IN_A_LOOP.. => LinkError::KeepsResetting { resets },
+            _ if self.answers_others => LinkError::OtherSession,
+            _ => LinkError::NoBoot,
+        }
     }
 }
 

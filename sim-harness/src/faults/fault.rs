@@ -2,28 +2,27 @@
 
 use std::fmt;
 
-use super::{Component, During, Word};
-use crate::link::LineFaults;
+use super::{Component, Kind, Window};
 
-/// A part, what is wrong with it, and when.
+/// A component, what is wrong with it, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// Which part.
+    /// Which component.
     pub component: Component,
     /// What is wrong.
-    pub word: Word,
+    pub kind: Kind,
     /// When.
-    pub during: During,
+    pub window: Window,
 }
 
+/// As it is read; a fault of the link without `link=`, for these are joined.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            component,
-            word,
-            during,
-        } = self;
-        write!(f, "{component}={}{during}", word.in_words(*component))
+        if self.component != Component::Link {
+            write!(f, "{}=", self.component)?;
+        }
+        f.write_str(&self.kind.in_words(self.component))?;
+        self.window.write(self.component, f)
     }
 }
 
@@ -34,7 +33,7 @@ impl fmt::Display for Fault {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     pub(super) parts: Vec<Fault>,
-    pub(super) line: LineFaults,
+    pub(super) line: Vec<Fault>,
 }
 
 impl Faults {
@@ -46,14 +45,14 @@ impl Faults {
 
     /// What is wrong with the serial line.
     #[must_use]
-    pub const fn line(&self) -> &LineFaults {
+    pub fn line(&self) -> &[Fault] {
         &self.line
     }
 
     /// Whether nothing was named, neither a part nor anything of the line.
     #[must_use]
     pub fn are_none(&self) -> bool {
-        self.parts.is_empty() && self.line.iter().next().is_none()
+        self.parts.is_empty() && self.line.is_empty()
     }
 }
 
@@ -63,8 +62,9 @@ impl fmt::Display for Faults {
             return f.write_str("ok");
         }
         let mut words: Vec<String> = self.parts.iter().map(Fault::to_string).collect();
-        if self.line.iter().next().is_some() {
-            words.push(format!("link={}", self.line));
+        if !self.line.is_empty() {
+            let line: Vec<String> = self.line.iter().map(Fault::to_string).collect();
+            words.push(format!("link={}", line.join("+")));
         }
         f.write_str(&words.join(", "))
     }

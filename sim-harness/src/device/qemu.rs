@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 #[cfg(unix)]
-use super::{Board, Image, Layout, LinkError, hang_up};
+use super::{Board, Image, Layout, LinkError, unix_socket};
 
 /// QEMU's name for a board with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
@@ -36,7 +36,7 @@ pub struct QemuOptions {
     /// Lead the serial line to a socket and not to pipes: a host can then hang up and
     /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
     /// that nobody reads would stop the emulator.
-    pub can_hang_up: bool,
+    pub can_disconnect: bool,
     /// Listen on this Unix socket for a debugger.
     pub debugger: Option<PathBuf>,
 }
@@ -70,7 +70,7 @@ impl Board {
             // The first line is USART1, whose start crashes the emulator; ours is the second.
             .args(["-serial", "null", "-serial"])
             .stderr(Stdio::null());
-        let line = options.can_hang_up.then(|| scratch_path("line"));
+        let line = options.can_disconnect.then(|| scratch_path("line"));
         match &line {
             None => command
                 .arg("stdio")
@@ -121,7 +121,7 @@ impl Board {
             (None, Some((output, input))) => Ok(Self::over(output, input, emulator)),
             (None, None) => Err(LinkError::Start(format!("{PROGRAM} has no pipes"))),
             #[cfg(unix)]
-            (Some(line), _) => Self::reopened_by(move || hang_up::call(&line), emulator),
+            (Some(line), _) => Self::reopened_by(move || unix_socket::connect(&line), emulator),
             #[cfg(not(unix))]
             (Some(_), _) => Err(LinkError::Start(
                 "there are no Unix sockets here".to_owned(),

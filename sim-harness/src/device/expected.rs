@@ -25,13 +25,13 @@ pub(super) struct ExpectedRun {
     open: Option<ExpectedStep>,
     step_spool: Spool,
     break_spool: Spool,
-    reading: Option<RereadRun>,
+    reading: Option<ExpectedReader>,
     failed: Option<io::Error>,
 }
 
 /// The run as it is read again.
 #[derive(Debug)]
-struct RereadRun {
+struct ExpectedReader {
     steps: SpoolReader,
     breaks: SpoolReader,
     /// The steps that are held, and the number of the first.
@@ -128,13 +128,13 @@ impl ExpectedRun {
     }
 
     /// The run as it is read; what is written from now on is not.
-    fn reading(&mut self) -> Option<&mut RereadRun> {
+    fn reading(&mut self) -> Option<&mut ExpectedReader> {
         if self.reading.is_none() && self.failed.is_none() {
             self.close_step();
             let steps = std::mem::take(&mut self.step_spool).read();
             let breaks = std::mem::take(&mut self.break_spool).read();
             let (steps, breaks) = (self.checked(steps)?, self.checked(breaks)?);
-            self.reading = Some(RereadRun {
+            self.reading = Some(ExpectedReader {
                 steps,
                 breaks,
                 held: VecDeque::new(),

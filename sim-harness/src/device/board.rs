@@ -1,170 +1,35 @@
 //! A board at the other end of a byte stream.
 
 use std::io::{Read, Write};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
-use std::{fmt, thread};
 
 use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::PostMortem;
-use amiro_ipf::link::{
-    Boot, Decoder, Encoder, Frame, MAX_FRAME, Message, MessageRef, Received, WIRE_VERSION,
-};
-use amiro_ipf::node::Fault;
+use amiro_ipf::link::{Boot, Decoder, Encoder, Frame, MAX_FRAME, Message, MessageRef, Received};
 
-use super::greeting::{Answerer, Greeting, Numbers, random_numbers};
-use super::junk::JunkWatch;
-use super::{Account, FrameTally, Interrupt, LineTally, LossyLine};
+use super::baud_check::BaudCheck;
+use super::greeting::{Answerer, Numbers, random_numbers};
+use super::raw::RawBytes;
+use super::transport::{Ends, MOST_WAITING, Opener, Transport};
+use super::{FaultInjector, FrameTally, Interrupt, LineTally, LinkError, LossStats};
 
 /// How long a board may take to answer.
 pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
 
 /// How long a board may take to come up.
-const BOOT_DEADLINE: Duration = Duration::from_secs(10);
+pub(super) const BOOT_DEADLINE: Duration = Duration::from_secs(10);
 
 /// How long nobody looks whether the user wants to end, at most.
 const INTERRUPTED_WITHIN: Duration = Duration::from_millis(100);
 
-/// Pieces of received bytes that wait to be read, at most.
-const MOST_WAITING: usize = 1024;
-
-/// Bytes without a zero byte that are kept, at most: more are no frame.
-const LONGEST_PIECE: usize = 4 * MAX_FRAME;
-
-/// Between two greetings of a board that does not answer.
-const GREETING_PERIOD: Duration = Duration::from_millis(500);
-
-/// Greetings without an answer after which a board of another version is believed to be
-/// one.
-const UNANSWERED_GREETINGS: u32 = 2;
-
 /// Boot id of the frames that a host sends; a board's own counts from 0.
-const HOST_BOOT_ID: u8 = 0xa5;
-
-/// Why a live board is of no use.
-#[derive(Debug)]
-pub enum LinkError {
-    /// It could not be started or opened.
-    Start(String),
-    /// More than half of what it says is no frame.
-    Junk,
-    /// Writing to it failed.
-    Write(std::io::Error),
-    /// It closed the stream: the device is gone, not silent.
-    Gone,
-    /// The user ended the program: see [`Interrupt`].
-    Interrupted,
-    /// It said nothing that can be read within the deadline.
-    NoBoot,
-    /// Answers came within the deadline, and none to this session's greeting.
-    OtherSession,
-    /// It speaks another version of the protocol.
-    Version {
-        /// The board's version.
-        board: u8,
-    },
-    /// It left an input without an answer within the deadline.
-    NoAnswer {
-        /// Which input, from 0.
-        input: usize,
-    },
-    /// It said nothing within the deadline.
-    Silent,
-    /// It refused what it was told to begin with.
-    Refused(Fault),
-    /// It started anew in the middle of a run: what it knew is gone.
-    Restarted {
-        /// The first input without an answer, from 0.
-        input: usize,
-    },
-}
-
-impl fmt::Display for LinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Start(reason) => write!(f, "the board cannot be reached: {reason}"),
-            Self::Write(error) => write!(f, "writing to the board failed: {error}"),
-            Self::Junk => f.write_str(
-                "more than half of what comes is no frame: this looks like a wrong baud rate",
-            ),
-            Self::Gone => f.write_str("the board closed the link"),
-            Self::Interrupted => f.write_str("interrupted"),
-            Self::NoBoot => write!(
-                f,
-                "the board did not introduce itself within {} s (wrong port or baud rate?)",
-                BOOT_DEADLINE.as_secs()
-            ),
-            Self::OtherSession => write!(
-                f,
-                "no answer to this session's greeting within {} s: what comes answers an \
-                 earlier session or another host",
-                BOOT_DEADLINE.as_secs()
-            ),
-            Self::Version { board } => write!(
-                f,
-                "the board speaks protocol version {board}, this host {WIRE_VERSION}"
-            ),
-            Self::NoAnswer { input } => write!(
-                f,
-                "input {input} was not answered within {} s",
-                ANSWER_DEADLINE.as_secs()
-            ),
-            Self::Refused(fault) => {
-                write!(f, "the board refused what it was told: {fault:?}, {fault}")
-            }
-            Self::Silent => f.write_str("the board fell silent"),
-            Self::Restarted { input } => {
-                write!(f, "the board started anew before it answered input {input}")
-            }
-        }
-    }
-}
-
-impl std::error::Error for LinkError {}
-
-/// The two ends of a byte stream, and whatever must live as long as it.
-struct Transport {
-    outgoing: Box<dyn Write + Send>,
-    incoming: Receiver<Vec<u8>>,
-    _keep: Box<dyn Send>,
-}
-
-impl Transport {
-    /// A thread of its own reads, so that waiting always has a deadline.
-    fn over(
-        mut reader: impl Read + Send + 'static,
-        writer: impl Write + Send + 'static,
-        keep: impl Send + 'static,
-    ) -> Self {
-        let (sender, incoming) = sync_channel(MOST_WAITING);
-        thread::spawn(move || pump(&mut reader, &sender));
-        Self {
-            outgoing: Box::new(writer),
-            incoming,
-            _keep: Box::new(keep),
-        }
-    }
-
-    /// Neither end leads anywhere.
-    fn closed() -> Self {
-        Self {
-            outgoing: Box::new(std::io::sink()),
-            incoming: sync_channel(1).1,
-            _keep: Box::new(()),
-        }
-    }
-}
-
-/// A reader and a writer that were opened.
-pub type Ends = (Box<dyn Read + Send>, Box<dyn Write + Send>);
-
-/// How a link is opened again.
-type Opener = Box<dyn FnMut() -> Result<Ends, LinkError> + Send>;
+pub(super) const HOST_BOOT_ID: u8 = 0xa5;
 
 /// The two directions of a line with faults.
 struct Disturbance {
-    to_board: LossyLine,
-    from_board: LossyLine,
+    to_board: FaultInjector,
+    from_board: FaultInjector,
     since: Instant,
 }
 
@@ -176,20 +41,16 @@ pub struct Board {
     /// Received bytes that were not looked at yet.
     unread: std::vec::IntoIter<u8>,
     decoder: Decoder,
-    encoder: Encoder,
-    numbers: Numbers,
-    greeted: Option<Answerer>,
+    pub(super) encoder: Encoder,
+    pub(super) numbers: Numbers,
+    pub(super) greeted: Option<Answerer>,
     /// Number of the last greeting's frames.
-    greeted_as: u16,
-    account: Account,
-    junk: JunkWatch,
+    pub(super) greeted_as: u16,
+    pub(super) loss_stats: LossStats,
+    baud_check: BaudCheck,
     /// Bytes since the last piece ended.
     piece_bytes: u64,
-    raw: Vec<u8>,
-    /// Bytes of `raw` since its last zero byte.
-    raw_piece: usize,
-    /// Whether `raw` is wanted: not while the board is greeted.
-    keeps_raw: bool,
+    pub(super) raw: RawBytes,
     /// Pieces that were received in a row after a deadline had passed.
     late: usize,
     interrupt: Option<Interrupt>,
@@ -204,7 +65,7 @@ impl Board {
         writer: impl Write + Send + 'static,
         keep: impl Send + 'static,
     ) -> Self {
-        Self::on(Transport::over(reader, writer, ()), None, keep)
+        Self::on(Transport::over(reader, writer), None, keep)
     }
 
     /// A board behind what `open` opens, now and whenever the link is gone; `keep` is
@@ -217,7 +78,7 @@ impl Board {
         keep: impl Send + 'static,
     ) -> Result<Self, LinkError> {
         let (reader, writer) = open()?;
-        let transport = Transport::over(reader, writer, ());
+        let transport = Transport::over(reader, writer);
         Ok(Self::on(transport, Some(Box::new(open)), keep))
     }
 
@@ -232,12 +93,10 @@ impl Board {
             numbers: random_numbers(),
             greeted: None,
             greeted_as: 0,
-            account: Account::new(),
-            junk: JunkWatch::default(),
+            loss_stats: LossStats::new(),
+            baud_check: BaudCheck::default(),
             piece_bytes: 0,
-            raw: Vec::new(),
-            raw_piece: 0,
-            keeps_raw: true,
+            raw: RawBytes::default(),
             late: 0,
             interrupt: None,
             _keep: Box::new(keep),
@@ -246,7 +105,7 @@ impl Board {
 
     /// The board at the other end of a line with faults, one a direction.
     #[must_use]
-    pub fn behind(mut self, to_board: LossyLine, from_board: LossyLine) -> Self {
+    pub fn behind(mut self, to_board: FaultInjector, from_board: FaultInjector) -> Self {
         self.disturbance = Some(Disturbance {
             to_board,
             from_board,
@@ -284,7 +143,7 @@ impl Board {
     }
 
     /// Hangs up: the board goes on alone. [`reconnect`](Self::reconnect) calls again.
-    pub fn hang_up(&mut self) {
+    pub fn disconnect(&mut self) {
         // The old link is closed before a new one is opened: a port opens only once.
         self.transport = Transport::closed();
         self.unread = Vec::new().into_iter();
@@ -296,9 +155,9 @@ impl Board {
     /// # Errors
     /// [`LinkError::Gone`] for a link that cannot be opened again, or why it was not.
     pub fn reconnect(&mut self) -> Result<(), LinkError> {
-        self.hang_up();
+        self.disconnect();
         let (reader, writer) = self.opener.as_mut().ok_or(LinkError::Gone)?()?;
-        self.transport = Transport::over(reader, writer, ());
+        self.transport = Transport::over(reader, writer);
         if self.decoder.is_inside_frame() {
             // Ends the piece, so that it does not cost the next frame.
             self.unread = vec![0].into_iter();
@@ -306,89 +165,14 @@ impl Board {
         Ok(())
     }
 
-    /// Whether more than half of the bytes of the last two seconds were no frames; says
-    /// so once.
+    /// Whether more than half of the bytes of two seconds were no frames; `true` once.
     pub fn take_junk(&mut self) -> bool {
-        self.junk.take_verdict()
+        self.baud_check.take_verdict()
     }
 
-    /// Whether what came since the last such verdict is mostly no frames.
-    pub(super) fn hears_junk(&self) -> bool {
-        self.junk.is_mostly_junk()
-    }
-
-    /// Greets the board until it introduces itself in answer to this session.
-    ///
-    /// Twice, with two random numbers; whatever comes before the second answer, of this
-    /// board or another, is left out of the session: frames, raw bytes, account.
-    ///
-    /// # Errors
-    /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
-    /// [`LinkError::Junk`], or a broken link.
-    pub fn greet(&mut self) -> Result<Boot, LinkError> {
-        // What comes before the answer is not kept: it may be any number of bytes.
-        self.keeps_raw = false;
-        self.clear_raw();
-        let greeted = self.greet_within(BOOT_DEADLINE);
-        self.keeps_raw = true;
-        greeted
-    }
-
-    fn greet_within(&mut self, patience: Duration) -> Result<Boot, LinkError> {
-        let deadline = Instant::now() + patience;
-        let mut first = self.greet_once(deadline)?;
-        loop {
-            let second = self.greet_once(deadline)?;
-            // Another boot: the first answer was of an earlier session, or the board was
-            // reset between the two.
-            if second.boot_id == first.boot_id {
-                let boot = second.boot;
-                self.greeted = Some(second);
-                return Ok(boot);
-            }
-            first = second;
-        }
-    }
-
-    /// One greeting with a number of its own, repeated until it is answered.
-    fn greet_once(&mut self, deadline: Instant) -> Result<Answerer, LinkError> {
-        let number = (self.numbers)();
-        let mut greeting = Greeting::default();
-        let mut unanswered = 0;
-        // What a board is sent before its line is up is lost: ask again and again.
-        while Instant::now() < deadline {
-            // Under the same number: on a slow line an answer may come after the next one.
-            self.encoder = Encoder::numbered_from(HOST_BOOT_ID, number);
-            self.send(&Message::Hello)?;
-            let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
-            while let Some(received) = self.receive(next_greeting)? {
-                if self.take_junk() {
-                    return Err(LinkError::Junk);
-                }
-                let Received::Frame { frame, .. } = received else {
-                    continue;
-                };
-                if let Some(board) = greeting.take(&frame, number) {
-                    check_version(&board.boot)?;
-                    self.account = Account::after(&frame);
-                    self.greeted_as = number;
-                    return Ok(board);
-                }
-            }
-            // A board of another version introduces itself after its reset and may not
-            // understand the greeting.
-            unanswered += u32::from(greeting.last_boot().is_some());
-            if unanswered == UNANSWERED_GREETINGS
-                && let Some(boot) = greeting.last_boot()
-            {
-                check_version(boot)?;
-            }
-        }
-        Err(if greeting.answers_others() {
-            LinkError::OtherSession
-        } else {
-            LinkError::NoBoot
-        })
+    /// Whether what comes is mostly no frames.
+    pub(super) fn receives_junk(&self) -> bool {
+        self.baud_check.is_mostly_junk()
     }
 
     /// How the board introduced itself.
@@ -411,8 +195,8 @@ impl Board {
 
     /// Begins the account anew behind this frame: what became of frames before it is of
     /// another run.
-    pub(super) fn begin_account(&mut self, frame: &Frame) {
-        self.account = Account::after(frame);
+    pub(super) fn begin_loss_stats(&mut self, frame: &Frame) {
+        self.loss_stats = LossStats::after(frame);
     }
 
     /// The offsets that the board had when it was greeted; `None` if it had none yet.
@@ -436,38 +220,19 @@ impl Board {
     /// What became of the board's frames since the greeting.
     #[must_use]
     pub fn tally(&self) -> FrameTally {
-        self.account.tally()
+        self.loss_stats.tally()
     }
 
     /// Takes the bytes that were received since the greeting or the last call.
     ///
     /// Of bytes without a zero byte the first 512 are kept: no frame is as long.
     pub fn take_raw(&mut self) -> Vec<u8> {
-        self.raw_piece = 0;
-        std::mem::take(&mut self.raw)
+        self.raw.take()
     }
 
-    /// The same up to the last zero byte: a frame that is amid its bytes is not cut.
+    /// Takes the same bytes up to the last zero byte.
     pub(super) fn take_whole_raw(&mut self) -> Vec<u8> {
-        let end = self.raw.iter().rposition(|byte| *byte == 0);
-        let rest = self.raw.split_off(end.map_or(0, |zero| zero + 1));
-        std::mem::replace(&mut self.raw, rest)
-    }
-
-    fn clear_raw(&mut self) {
-        self.raw.clear();
-        self.raw_piece = 0;
-    }
-
-    fn keep_raw(&mut self, byte: u8) {
-        if byte == 0 {
-            self.raw_piece = 0;
-        } else if self.raw_piece < LONGEST_PIECE {
-            self.raw_piece += 1;
-        } else {
-            return;
-        }
-        self.raw.push(byte);
+        self.raw.take_whole()
     }
 
     /// The board's next message.
@@ -490,11 +255,11 @@ impl Board {
     /// [`LinkError::Write`].
     pub fn send_raw(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         match &mut self.disturbance {
-            None => write(&mut self.transport, bytes),
+            None => self.transport.write(bytes),
             Some(lines) => {
                 let now = lines.since.elapsed();
                 lines.to_board.send(bytes, now);
-                write(&mut self.transport, &lines.to_board.receive(now))
+                self.transport.write(&lines.to_board.receive(now))
             }
         }
     }
@@ -515,20 +280,23 @@ impl Board {
         loop {
             // One frame at a time: what is raw then always ends where the frames end
             // that were handed on, whatever the pieces in which bytes arrive.
-            while let Some(byte) = self.unread.next() {
-                if self.keeps_raw {
-                    self.keep_raw(byte);
+            for byte in self.unread.by_ref() {
+                self.raw.push(byte);
+                let received = self.decoder.push(byte);
+                if byte == 0 && self.piece_bytes == 0 {
+                    // Nothing between two zero bytes: an idle line may send any number.
+                    continue;
                 }
                 self.piece_bytes += 1;
-                let received = self.decoder.push(byte);
                 if received.is_none() && self.piece_bytes < 4 * MAX_FRAME as u64 {
                     continue;
                 }
                 let is_frame = matches!(received, Some(Received::Frame { .. }));
-                self.junk.take(self.piece_bytes, is_frame, Instant::now());
+                self.baud_check
+                    .take(self.piece_bytes, is_frame, Instant::now());
                 self.piece_bytes = 0;
                 if let Some(received) = received {
-                    self.account.take(&received);
+                    self.loss_stats.take(&received);
                     return Ok(Some(received));
                 }
             }
@@ -561,13 +329,13 @@ impl Board {
         }
         if let Some(lines) = &mut self.disturbance {
             let now = lines.since.elapsed();
-            write(&mut self.transport, &lines.to_board.receive(now))?;
+            self.transport.write(&lines.to_board.receive(now))?;
             let arrived = lines.from_board.receive(now);
             if !arrived.is_empty() {
                 return Ok(Some(arrived));
             }
             let next = [&lines.to_board, &lines.from_board];
-            for due in next.into_iter().filter_map(LossyLine::next_arrival) {
+            for due in next.into_iter().filter_map(FaultInjector::next_arrival) {
                 patience = patience.min(due.saturating_sub(now));
             }
         }
@@ -600,58 +368,17 @@ impl Board {
     }
 }
 
-fn check_version(boot: &Boot) -> Result<(), LinkError> {
-    if boot.wire_version == WIRE_VERSION {
-        return Ok(());
-    }
-    Err(LinkError::Version {
-        board: boot.wire_version,
-    })
-}
-
-fn write(transport: &mut Transport, bytes: &[u8]) -> Result<(), LinkError> {
-    if bytes.is_empty() {
-        return Ok(());
-    }
-    let outgoing = &mut transport.outgoing;
-    outgoing
-        .write_all(bytes)
-        .and_then(|()| outgoing.flush())
-        .map_err(LinkError::Write)
-}
-
-/// Reads until the stream ends or nobody listens any more.
-fn pump(reader: &mut impl Read, sender: &SyncSender<Vec<u8>>) {
-    let mut buffer = [0; 4096];
-    loop {
-        match reader.read(&mut buffer) {
-            Ok(0) => return,
-            Ok(count) => {
-                let bytes = buffer.get(..count).unwrap_or_default().to_vec();
-                if sender.send(bytes).is_err() {
-                    return;
-                }
-            }
-            Err(error) => match error.kind() {
-                std::io::ErrorKind::Interrupted => {}
-                // A serial port that is silent.
-                std::io::ErrorKind::TimedOut | std::io::ErrorKind::WouldBlock => {}
-                _ => return,
-            },
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::{Cursor, sink};
+    use std::thread;
 
     use amiro_ipf::BUILD_ID;
     use amiro_ipf::board::clock_choice::ClockSource;
-    use amiro_ipf::link::Status;
-
+    use amiro_ipf::link::{Status, WIRE_VERSION};
     use amiro_ipf::node::{Config, Input};
 
+    use super::super::raw::LONGEST_PIECE;
     use super::*;
 
     fn boot() -> Message {

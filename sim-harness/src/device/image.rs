@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use amiro_ipf::checksum::CRC;
+use amiro_ipf::filter::ParticleSet;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol};
 
+use super::ImageError;
 use crate::bounded::read_at_most;
-use crate::escape::whole_escaped;
 
 /// Where the image lies in flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +36,8 @@ const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
 /// Longest ELF file that is read: the flash's megabyte and many times that of symbols.
 const MOST_BYTES: u64 = 64 << 20;
+/// What RTIC calls the particle set of the main task.
+const PARTICLES: &str = "__rtic_internal_local_init_particles";
 /// An image that lost its linker script is all but empty.
 const LEAST_TEXT: u64 = 10_000;
 
@@ -65,35 +68,6 @@ impl fmt::Display for Layout {
         }
     }
 }
-
-/// Why there is no image.
-#[derive(Debug)]
-pub enum ImageError {
-    /// Cargo could not be run or failed.
-    Build(String),
-    /// The file cannot be read.
-    Read(PathBuf, std::io::Error),
-    /// The file is no ELF file of this target.
-    NotAnImage(PathBuf, String),
-}
-
-impl fmt::Display for ImageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Build(reason) => write!(f, "the flash image was not built: {reason}"),
-            Self::Read(path, error) => write!(f, "{}: {error}", shown(path)),
-            Self::NotAnImage(path, reason) => {
-                write!(f, "{}: no flash image: {reason}", shown(path))
-            }
-        }
-    }
-}
-
-fn shown(path: &Path) -> String {
-    whole_escaped(path.to_string_lossy().chars())
-}
-
-impl std::error::Error for ImageError {}
 
 /// Builds the flash image from the sources that this harness was built from; its path.
 ///
@@ -143,6 +117,8 @@ pub struct Image {
     mark: Option<u64>,
     /// Names and addresses.
     symbols: Vec<(String, u64)>,
+    /// Bytes of the particle set; `None` for an image without symbols.
+    particle_bytes: Option<u64>,
 }
 
 #[derive(Clone, Debug)]
@@ -203,6 +179,10 @@ impl Image {
             mark: file
                 .symbol_by_name("IMAGE_MARK")
                 .map(|symbol| symbol.address()),
+            particle_bytes: file
+                .symbols()
+                .find(|symbol| symbol.name().is_ok_and(|name| name.contains(PARTICLES)))
+                .map(|symbol| symbol.size()),
             symbols: file
                 .symbols()
                 .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address())))
@@ -253,6 +233,13 @@ impl Image {
             .iter()
             .find(|(name, _)| wanted(name))
             .map(|(_, address)| *address)
+    }
+
+    /// Number of particles for which the image has room, as its symbols say.
+    #[must_use]
+    pub fn capacity(&self) -> Option<usize> {
+        let bytes = usize::try_from(self.particle_bytes?).ok()?;
+        Some(bytes / size_of::<ParticleSet<1>>())
     }
 
     fn section(&self, name: &str) -> Option<&Section> {

@@ -6,7 +6,7 @@ use amiro_ipf::link::Status;
 use sim_harness::console;
 
 /// Everything that a health reports as not well, separated by commas; empty if all is.
-pub(super) fn ailments(health: &Health) -> String {
+pub(super) fn health_text(health: &Health) -> String {
     let sensors = (0..)
         .zip(&health.sensors)
         .filter(|(_, sensor)| !sensor.state.is_trusted())
@@ -98,7 +98,7 @@ mod tests {
             bus.state = BusState::Working;
         }
         health.can.state = CanState::On;
-        assert_eq!(ailments(&health), "");
+        assert_eq!(health_text(&health), "");
         health.sensors[3] = SensorHealth {
             state: SensorState::Faulty(SensorFault::Dazzled),
             ..SensorHealth::default()
@@ -106,7 +106,7 @@ mod tests {
         health.buses[1].state = BusState::HeldLow;
         health.can.state = CanState::BusOff;
         assert_eq!(
-            ailments(&health),
+            health_text(&health),
             "sensor 3: Faulty(Dazzled), I2C2: HeldLow, CAN: BusOff"
         );
     }

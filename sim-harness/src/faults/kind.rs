@@ -1,4 +1,4 @@
-//! The words, and the values that belong to them.
+//! The kinds of faults, and the values that belong to them.
 
 use std::time::Duration;
 
@@ -14,9 +14,9 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Longest delay.
 const LATEST: Duration = Duration::from_secs(10);
 
-/// What is wrong with a part.
+/// What is wrong with a component.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Word {
+pub enum Kind {
     /// `ok`: nothing, whatever was named before.
     Ok,
     /// `off`: unplugged, without power, silent.
@@ -37,6 +37,42 @@ pub enum Word {
     Intermittent(f64),
     /// `saturated`: a full register, as when something touches the hull.
     Saturated,
+    /// A lamp shines into a sensor. It has no word.
+    Lit {
+        /// What the sensor's ambient measurements give, counts.
+        ambient: u16,
+        /// What it adds to the proximity measurements, counts.
+        added: u16,
+    },
+    /// `ber:R` of the link: each bit is flipped with this probability.
+    BitErrors(f64),
+    /// `drop:R` or `drop:RxN` of the link: at each byte, with this probability, it and up
+    /// to N - 1 bytes after it are lost; N is 1 if not given.
+    Dropped {
+        /// Probability that a burst begins at a byte.
+        rate: f64,
+        /// Longest burst, bytes.
+        most: u32,
+    },
+    /// `garbage:R` or `garbage:RxN` of the link: before each byte, with this probability, 1
+    /// to N random bytes; N is 64 if not given.
+    GarbageBytes {
+        /// Probability in front of a byte.
+        rate: f64,
+        /// Longest piece, bytes.
+        most: u32,
+    },
+    /// `lose:R` of the link: each frame is lost with this probability.
+    Lost(f64),
+    /// `twice:R` of the link: each frame comes twice with this probability.
+    Twice(f64),
+    /// `swap:R` of the link: each frame comes behind the next one with this probability.
+    Swapped(f64),
+    /// `cut:R` of the link: each frame ends early, without its zero byte, with this
+    /// probability.
+    Cut(f64),
+    /// `slow:9600` of the link: so many bytes per second and no more; the rest comes later.
+    BytesPerSecond(u32),
 }
 
 const NO_VALUE: &str = "takes no value";
@@ -59,8 +95,17 @@ const NAMES: [&str; 9] = [
     "saturated",
 ];
 
-impl Word {
-    /// The word of a part: its name and, behind a colon, its value.
+impl Kind {
+    /// The probability of a fault of frames, if the fault is of the given kind.
+    pub(crate) fn rate_if(self, of_rate: fn(f64) -> Self) -> Option<f64> {
+        let (Self::Lost(rate) | Self::Cut(rate) | Self::Swapped(rate) | Self::Twice(rate)) = self
+        else {
+            return None;
+        };
+        (of_rate(rate) == self).then_some(rate)
+    }
+
+    /// The kind that a component's word names: its name and, behind a colon, its value.
     ///
     /// # Errors
     /// What is wrong with it, in words that follow the text itself.
@@ -112,8 +157,11 @@ impl Word {
         Ok(word)
     }
 
-    /// The word of a part as it is read.
+    /// The word of a component as it is read.
     pub(super) fn in_words(self, component: Component) -> String {
+        if component == Component::Link {
+            return super::line_words::in_words(self);
+        }
         match self {
             Self::Ok => "ok".to_owned(),
             Self::Off => "off".to_owned(),
@@ -125,16 +173,13 @@ impl Word {
             Self::Delayed(by) => format!("delayed:{}", in_words(by)),
             Self::Intermittent(share) => format!("intermittent:{share}"),
             Self::Saturated => "saturated".to_owned(),
+            Self::Lit { ambient, added } => format!("lit:{ambient}+{added}"),
+            of_link => super::line_words::in_words(of_link),
         }
     }
 }
 
 /// Microseconds between two at a rate.
-pub(super) fn period_us(rate_hz: f64) -> u64 {
+pub(crate) fn period_us(rate_hz: f64) -> u64 {
     (1e6 / rate_hz).round() as u64
-}
-
-/// Microseconds of a time, which is at most a day.
-pub(super) fn micros(time: Duration) -> u64 {
-    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }

@@ -36,7 +36,7 @@ impl Sent {
 
 /// Reckons every 50 ms and sends every 63 ms, as the DiWheelDrive does.
 #[derive(Clone, Debug)]
-pub(super) struct WheelBoard {
+pub(super) struct WheelModule {
     walk: WheelWalk,
     starts_us: u64,
     next_update_us: u64,
@@ -44,7 +44,7 @@ pub(super) struct WheelBoard {
     reckoned: Option<(u64, Pose)>,
 }
 
-impl WheelBoard {
+impl WheelModule {
     /// The board of a robot that stands until `starts_us` and then drives; of the
     /// odometries [`Odometry::WheelErrors`] errs, all others are exact.
     pub(super) fn new(

@@ -15,12 +15,12 @@ pub(super) fn uniform(random: &mut Generator) -> f64 {
 /// A gap is distributed geometrically, so that the cost is one draw a success and not
 /// one a trial.
 #[derive(Clone, Debug)]
-pub(super) struct Chance {
+pub(super) struct Geometric {
     rate: f64,
     trials_before: u64,
 }
 
-impl Chance {
+impl Geometric {
     pub(super) fn new(rate: f64, random: &mut Generator) -> Self {
         let mut chance = Self {
             rate,
@@ -61,7 +61,7 @@ mod tests {
     fn successes_are_as_many_as_the_rate_says() {
         for (seed, rate) in [(1, 1e-3), (2, 1e-2), (3, 0.3)] {
             let mut random = Generator::seeded(seed);
-            let mut chance = Chance::new(rate, &mut random);
+            let mut chance = Geometric::new(rate, &mut random);
             let trials = 1_000_000;
             let hits = (0..trials)
                 .filter(|_| chance.next_within(1, &mut random).is_some())
@@ -77,8 +77,8 @@ mod tests {
     #[test]
     fn never_and_always_are_exact() {
         let mut random = Generator::seeded(1);
-        let mut never = Chance::new(0.0, &mut random);
-        let mut always = Chance::new(1.0, &mut random);
+        let mut never = Geometric::new(0.0, &mut random);
+        let mut always = Geometric::new(1.0, &mut random);
         for _ in 0..1000 {
             assert_eq!(never.next_within(1000, &mut random), None);
             assert_eq!(always.next_within(1, &mut random), Some(0));

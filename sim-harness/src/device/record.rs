@@ -67,8 +67,10 @@ pub enum News<'a> {
         /// How many.
         particles_per_sensor: u16,
     },
-    /// More than half of what comes is no frame: a wrong baud rate?
+    /// More than half of what comes is no frame: a wrong baud rate? At most once.
     Junk,
+    /// The board has sent nothing for two seconds: the recording ends.
+    Silent,
 }
 
 /// How one part of a recording ended.
@@ -100,8 +102,9 @@ enum PartEnd {
 /// gap in its numbers.
 ///
 /// # Errors
-/// [`LinkError::Silent`] after two seconds without a frame over a link that is there; a
-/// board that refuses the configuration or does not answer, or an interrupt before it did;
+/// [`LinkError::Silent`] when a board that was never recorded sends nothing for two seconds
+/// over a link that is there; after a frame of its drive the recording ends without an
+/// error. A board that refuses the configuration or does not answer, or an interrupt before it did;
 /// a file that fails; [`RecordError::TooManyResets`]. What was written before is whole.
 pub fn record<W: Write>(
     board: &mut Board,
@@ -129,7 +132,7 @@ fn record_at_pace<W: Write>(
         let next_part = Instant::now() + shortest_part;
         let frames = match begin(board, &start) {
             // Reset again before it answered: the part has not begun yet.
-            Err(LinkError::Restarted { .. }) if part > 1 => None,
+            Err(LinkError::Restarted { .. }) => None,
             Err(LinkError::Interrupted) if part > 1 => return Ok(part - 1),
             frames => Some(frames?),
         };
@@ -182,6 +185,7 @@ fn record_part(
     board.send(&Message::Hello)?;
     let mut uptime_ms = 0;
     let mut silent_at = Instant::now() + SILENCE;
+    let mut has_recorded = false;
     loop {
         let asked_at = silent_at.min(Instant::now() + ASKED_EVERY);
         let frame = match board.receive_frame(asked_at) {
@@ -189,11 +193,16 @@ fn record_part(
             Ok(None) => {
                 writer.write_frames(&board.take_whole_raw())?;
                 let is_silent = Instant::now() >= silent_at;
-                let news = if board.take_junk() || (is_silent && board.hears_junk()) {
+                if is_silent && board.receives_junk() {
                     silent_at = Instant::now() + SILENCE;
-                    News::Junk
+                } else if is_silent && has_recorded {
+                    wanted(News::Silent);
+                    return Ok(PartEnd::Enough);
                 } else if is_silent {
                     return Err(LinkError::Silent.into());
+                }
+                let news = if board.take_junk() {
+                    News::Junk
                 } else {
                     News::Waiting
                 };
@@ -217,6 +226,7 @@ fn record_part(
             return Ok(PartEnd::Restarted);
         }
         writer.write_frames(&board.take_raw())?;
+        has_recorded |= is_of_the_drive(&frame.message);
         if board.take_junk() && !wanted(News::Junk) {
             return Ok(PartEnd::Enough);
         }
@@ -265,6 +275,18 @@ fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
     Err(LinkError::NoAnswer { input: 0 })
 }
 
+/// Whether a message is more than an answer to the recorder.
+fn is_of_the_drive(message: &Message) -> bool {
+    !matches!(
+        message,
+        Message::Boot(_)
+            | Message::Event(Event::Configured(_))
+            | Message::Answer { .. }
+            | Message::Offsets(_)
+            | Message::PostMortem(_)
+    )
+}
+
 /// Whether the board was reset since it was greeted: its boot id says so, or, should
 /// two boots share one, a clock that went back.
 fn is_of_another_boot(board: &Board, frame: &Frame, uptime_ms: &mut u64) -> bool {
@@ -287,7 +309,7 @@ fn reconnect(
     wanted: &mut impl FnMut(News<'_>) -> bool,
 ) -> bool {
     let mut goes_on = !board.is_interrupted() && wanted(News::Vanished(error));
-    board.hang_up();
+    board.disconnect();
     let mut pause = FIRST_RETRY;
     while goes_on {
         let next = Instant::now() + pause;

@@ -108,7 +108,7 @@ impl fmt::Display for FrameTally {
 ///
 /// Numbers are 16 bits wide: how often they went round, the board's counts tell.
 #[derive(Clone, Debug, Default)]
-pub struct Account {
+pub struct LossStats {
     boot_id: Option<u8>,
     begin: u64,
     /// The number after the highest that came.
@@ -134,7 +134,7 @@ struct Mark {
     number: u64,
 }
 
-impl Account {
+impl LossStats {
     /// An account that begins with the first frame that comes.
     #[must_use]
     pub fn new() -> Self {
@@ -302,7 +302,7 @@ mod tests {
     }
 
     fn tally(received: impl IntoIterator<Item = Received>) -> [u64; 5] {
-        let mut account = Account::new();
+        let mut account = LossStats::new();
         for received in received {
             account.take(&received);
         }
@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn a_board_that_counts_other_frames_than_it_numbers_is_named() {
         let contradicted = |second: Received| {
-            let mut account = Account::since_boot(3);
+            let mut account = LossStats::since_boot(3);
             for received in [hello(0), hello(1), status_with(2, 2, 0), second] {
                 account.take(&received);
             }
@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn an_account_since_boot_knows_what_is_lost_at_both_ends() {
-        let mut account = Account::since_boot(3);
+        let mut account = LossStats::since_boot(3);
         account.take(&Received::Broken(FrameError::BadChecksum));
         account.take(&hello(2));
         account.close(10);

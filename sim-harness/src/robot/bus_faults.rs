@@ -1,59 +1,52 @@
 //! What of a robot's faults happens on its two I2C buses, byte by byte.
 
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 
 use amiro_ipf::board::acquisition::{Bus, ROUND_US};
 
-use super::{BusTrouble, MuxTrouble, RobotFaults, Trouble};
 use crate::bus::{Fault, MuxFault, Outages, Random, RobotBuses, Script, SensorFault, on_sensor};
+use crate::faults::{ActiveFault, ActiveFaults, Component, Kind};
 
 /// A loose contact fails for a round or does not.
 const SLOT_NS: u64 = ROUND_US * 1_000;
 /// Distances of disturbed bytes, and of a multiplexer's jumps.
-const DISTURBED: core::ops::RangeInclusive<u32> = 1..=39;
-const JUMPS: core::ops::RangeInclusive<u32> = 1..=199;
+const DISTURBED: RangeInclusive<u32> = 1..=39;
+const JUMPS: RangeInclusive<u32> = 1..=199;
 
-impl RobotFaults {
+impl ActiveFaults {
     /// Writes what happens on the buses into their scripts.
     ///
     /// The drive begins at `starts_us` of the buses' own time. What is broken when it
     /// begins has been so since the power came up.
     pub fn script(&self, buses: &mut RobotBuses, starts_us: u64) {
         let at_ns = |drive_us: u64| drive_us.saturating_add(starts_us).saturating_mul(1_000);
-        for (place, (when_us, trouble)) in self.all().enumerate() {
-            let from_ns = if when_us.start == 0 {
-                0
-            } else {
-                at_ns(when_us.start)
-            };
+        for (place, fault) in self.iter().enumerate() {
+            let Range { start, end } = fault.when_us;
+            let from_ns = if start == 0 { 0 } else { at_ns(start) };
             // Two loose contacts are not loose at the same times.
             let seed = self.seed().wrapping_add(1 + place as u64).rotate_left(32);
-            script(buses, from_ns..at_ns(when_us.end), trouble, seed);
+            script(buses, fault, from_ns..at_ns(end), seed);
         }
     }
 }
 
-fn script(buses: &mut RobotBuses, when_ns: Range<u64>, trouble: Trouble, seed: u64) {
-    let Range { start, end } = when_ns;
-    match trouble {
-        Trouble::Unplugged { sensor } => {
-            plug(buses, sensor, SensorFault::Unplugged, start);
-            if end < u64::MAX {
-                plug(buses, sensor, SensorFault::PluggedIn, end);
+fn script(buses: &mut RobotBuses, fault: &ActiveFault, when_ns: Range<u64>, seed: u64) {
+    match (fault.component, fault.kind) {
+        (Component::Sensor(sensor), Kind::Off) => {
+            let script = &mut buses.bus_of_mut(sensor).script;
+            script.from_time(when_ns.start, on_sensor(sensor, SensorFault::Unplugged));
+            if when_ns.end < u64::MAX {
+                script.from_time(when_ns.end, on_sensor(sensor, SensorFault::PluggedIn));
             }
         }
-        Trouble::Loose { sensor, share } => {
+        (Component::Sensor(sensor), Kind::Intermittent(share)) => {
             let outages = Outages::new(SLOT_NS, share, seed);
-            let fault = on_sensor(sensor, SensorFault::Deaf);
             let script = &mut buses.bus_of_mut(sensor).script;
-            script.now_and_then(start, end, outages, fault);
+            let deaf = on_sensor(sensor, SensorFault::Deaf);
+            script.now_and_then(when_ns.start, when_ns.end, outages, deaf);
         }
-        Trouble::Bus { bus, trouble } => {
-            script_bus(script_of(buses, bus), start, end, trouble, seed);
-        }
-        Trouble::Mux { bus, trouble } => {
-            script_mux(script_of(buses, bus), start, end, trouble, seed);
-        }
+        (Component::Bus(bus), kind) => script_bus(script_of(buses, bus), when_ns, kind, seed),
+        (Component::Mux(bus), kind) => script_mux(script_of(buses, bus), when_ns, kind, seed),
         _ => {}
     }
 }
@@ -65,17 +58,18 @@ fn script_of(buses: &mut RobotBuses, bus: Bus) -> &mut Script {
     }
 }
 
-fn script_bus(script: &mut Script, start: u64, end: u64, trouble: BusTrouble, seed: u64) {
-    match trouble {
-        BusTrouble::Off => script.between(start, end, Fault::NoAcknowledge),
-        BusTrouble::HeldLow => {
+fn script_bus(script: &mut Script, when_ns: Range<u64>, kind: Kind, seed: u64) {
+    let Range { start, end } = when_ns;
+    match kind {
+        Kind::Off => script.between(start, end, Fault::NoAcknowledge),
+        Kind::Stuck => {
             let for_ns = match end {
                 u64::MAX => u64::MAX,
                 end => end - start,
             };
             script.from_time(start, Fault::SclLow { for_ns });
         }
-        BusTrouble::Disturbed => {
+        Kind::Garbage => {
             let kinds = vec![
                 Fault::NoAcknowledge,
                 Fault::ArbitrationLost,
@@ -83,34 +77,31 @@ fn script_bus(script: &mut Script, start: u64, end: u64, trouble: BusTrouble, se
             ];
             script.at_random_between(start, end, Random::new(kinds, DISTURBED, seed));
         }
-        BusTrouble::Loose { share } => {
+        Kind::Intermittent(share) => {
             let outages = Outages::new(SLOT_NS, share, seed);
             script.now_and_then(start, end, outages, Fault::NoAcknowledge);
         }
+        _ => {}
     }
 }
 
-fn script_mux(script: &mut Script, start: u64, end: u64, trouble: MuxTrouble, seed: u64) {
-    match trouble {
-        MuxTrouble::Off => {
+fn script_mux(script: &mut Script, when_ns: Range<u64>, kind: Kind, seed: u64) {
+    let Range { start, end } = when_ns;
+    match kind {
+        Kind::Off => {
             script.between(start, end, Fault::Mux(MuxFault::Reset));
             script.between(start, end, Fault::Mux(MuxFault::Deaf));
         }
-        MuxTrouble::Stuck => script.between(start, end, Fault::Mux(MuxFault::WriteLost)),
-        MuxTrouble::Jumping => {
+        Kind::Stuck => script.between(start, end, Fault::Mux(MuxFault::WriteLost)),
+        Kind::Garbage => {
             let kinds = (0..4).map(|channel| Fault::Mux(MuxFault::Jump(channel)));
             let random = Random::new(kinds.collect(), JUMPS, seed);
             script.at_random_between(start, end, random);
         }
-        MuxTrouble::Loose { share } => {
+        Kind::Intermittent(share) => {
             let outages = Outages::new(SLOT_NS, share, seed);
             script.now_and_then(start, end, outages, Fault::Mux(MuxFault::Deaf));
         }
+        _ => {}
     }
-}
-
-/// Pulls a sensor's plug, or plugs it in, before the first byte from a time on.
-pub(super) fn plug(buses: &mut RobotBuses, sensor: usize, fault: SensorFault, from_ns: u64) {
-    let bus = buses.bus_of_mut(sensor);
-    bus.script.from_time(from_ns, on_sensor(sensor, fault));
 }

@@ -7,10 +7,10 @@ use crate::spool::Spool;
 use amiro_ipf::link::{Decoder, Encoder, Message, MessageRef, Received};
 use amiro_ipf::node::Event;
 
-use super::{Account, FrameTally, InOrder, LineTally, LossyLine};
+use super::{FaultInjector, FrameTally, InOrder, LineTally, LossStats};
 
 /// Boot id of the frames that stand for a host's own node.
-const HOST_NODE_BOOT_ID: u8 = 0;
+pub const HOST_NODE_BOOT_ID: u8 = 0;
 
 /// Sends events over a line as a board would, and receives them as a host would.
 ///
@@ -18,7 +18,7 @@ const HOST_NODE_BOOT_ID: u8 = 0;
 #[derive(Clone, Debug)]
 pub struct LineRun {
     encoder: Encoder,
-    line: LossyLine,
+    line: FaultInjector,
     receiver: Receiver,
     first_us: Option<u64>,
     now: Duration,
@@ -28,7 +28,7 @@ pub struct LineRun {
 #[derive(Clone, Debug)]
 struct Receiver {
     decoder: Decoder,
-    account: Account,
+    account: LossStats,
     order: InOrder,
     bytes: Vec<u8>,
 }
@@ -47,13 +47,13 @@ pub struct LineOutcome {
 impl LineRun {
     /// A run that begins on a line of its own.
     #[must_use]
-    pub fn new(line: LossyLine) -> Self {
+    pub fn new(line: FaultInjector) -> Self {
         Self {
             encoder: Encoder::new(HOST_NODE_BOOT_ID),
             line,
             receiver: Receiver {
                 decoder: Decoder::new(),
-                account: Account::since_boot(HOST_NODE_BOOT_ID),
+                account: LossStats::since_boot(HOST_NODE_BOOT_ID),
                 order: InOrder::since_boot(HOST_NODE_BOOT_ID),
                 bytes: Vec::new(),
             },

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::{Ends, LinkError};
 
 /// Calls at the emulator's socket, which needs a moment to be there.
-pub(super) fn call(line: &Path) -> Result<Ends, LinkError> {
+pub(super) fn connect(line: &Path) -> Result<Ends, LinkError> {
     let deadline = Instant::now() + Duration::from_secs(5);
     let failed = |error: std::io::Error| LinkError::Start(format!("{}: {error}", line.display()));
     let stream = loop {
@@ -20,13 +20,13 @@ pub(super) fn call(line: &Path) -> Result<Ends, LinkError> {
         }
     };
     let reader = stream.try_clone().map_err(failed)?;
-    Ok((Box::new(reader), Box::new(HangsUp(stream))))
+    Ok((Box::new(reader), Box::new(Socket(stream))))
 }
 
 /// A socket that is shut down when it is dropped, so that its reader ends too.
-struct HangsUp(UnixStream);
+struct Socket(UnixStream);
 
-impl Write for HangsUp {
+impl Write for Socket {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.0.write(bytes)
     }
@@ -36,7 +36,7 @@ impl Write for HangsUp {
     }
 }
 
-impl Drop for HangsUp {
+impl Drop for Socket {
     fn drop(&mut self) {
         // It may be closed already.
         let _ = self.0.shutdown(Shutdown::Both);
