@@ -118,12 +118,19 @@ const LAYERS: [(&str, &[&str]); 9] = [
     ("link", &["board", "node", "model", "geometry", "checksum"]),
 ];
 
-/// The modules of this crate that a line of code names.
-fn modules_named(line: &str) -> impl Iterator<Item = &str> {
-    line.split("crate::").skip(1).map(|rest| {
-        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_');
-        rest.get(..end.unwrap_or(rest.len())).unwrap_or_default()
-    })
+/// The modules of this crate that a line of code names, one by one or in braces.
+fn modules_named(line: &str) -> Vec<&str> {
+    let mut named = Vec::new();
+    for rest in line.split("crate::").skip(1) {
+        let list = rest
+            .strip_prefix('{')
+            .and_then(|list| list.split('}').next());
+        for path in list.map_or(vec![rest], |list| list.split(", ").collect()) {
+            let end = path.find(|c: char| !c.is_alphanumeric() && c != '_');
+            named.push(path.get(..end.unwrap_or(path.len())).unwrap_or_default());
+        }
+    }
+    named
 }
 
 #[test]
@@ -232,30 +239,67 @@ fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
     }
 }
 
+/// The modules of the harness from the lowest to the highest: each imports only modules
+/// before it.
+const HARNESS_LAYERS: [&str; 29] = [
+    "escape",
+    "bounded",
+    "quantity",
+    "geometry",
+    "lattice",
+    "spool",
+    "run",
+    "ticks",
+    "log",
+    "output",
+    "console",
+    "calibration",
+    "drive",
+    "sensors",
+    "rig",
+    "world",
+    "filter_config",
+    "bus",
+    "faults",
+    "device",
+    "robot",
+    "datasets",
+    "mapping",
+    "survey",
+    "pipeline",
+    "evaluation",
+    "report",
+    "commands",
+    "main",
+];
+
 #[test]
-fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
-    let above = [
-        "crate::mapping",
-        "crate::world",
-        "crate::log",
-        "crate::device",
-        "crate::pipeline",
-        "crate::evaluation",
-        "crate::report",
-    ];
-    for place in ["sim-harness/src/rig", "sim-harness/src/drive"] {
-        assert_never_names(place, &above);
+fn each_layer_of_the_harness_imports_only_lower_ones() {
+    let root = "sim-harness/src";
+    for (path, text) in sources(root) {
+        let inside = path.strip_prefix(common::root().join(root)).unwrap();
+        let first = inside.iter().next().unwrap().to_string_lossy();
+        let layer = first.trim_end_matches(".rs");
+        if layer == "lib" {
+            continue;
+        }
+        let place = |name: &str| HARNESS_LAYERS.iter().position(|layer| *layer == name);
+        let own = place(layer).unwrap_or_else(|| panic!("{layer} is in no layer"));
+        for line in code_lines(&text) {
+            for module in modules_named(line) {
+                // A name in no layer is a re-export of the crate's root.
+                let is_lower = place(module).is_none_or(|lower| lower <= own);
+                assert!(is_lower, "{} names {module}: {line}", path.display());
+            }
+        }
     }
-    // A format gives records; the cells of a return are the grid's.
-    assert_never_names("sim-harness/src/datasets", &above);
-    assert_never_names("sim-harness/src/sensors", &above[1..]);
-    // A world has a ring of sensors, whichever filter maps it.
+}
+
+#[test]
+fn worlds_and_mappers_name_no_filter() {
     let filters = ["amiro_ipf::node::Config", "amiro_ipf::filter"];
     assert_never_names("sim-harness/src/world", &filters);
-    assert_never_names(
-        "sim-harness/src/pipeline.rs",
-        &["crate::world", "crate::device"],
-    );
+    assert_never_names("sim-harness/src/mapping", &["crate::world"]);
 }
 
 /// The code of the workspace without its tests, by path from the root.

@@ -9,8 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser};
 use sim_harness::console;
-use sim_harness::evaluation::{MeanStd, Number, SCORES_IN_WORDS};
-use sim_harness::robot::{SensorFaultTrials, StampTrials};
+use sim_harness::evaluation::{MeanStd, Number, SCORES_IN_WORDS, SensorFaultTrials, StampTrials};
 use sim_harness::world::standard_scenarios;
 
 /// Studies of a simulated robot.

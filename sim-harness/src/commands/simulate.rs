@@ -9,7 +9,8 @@ use std::slice;
 use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::model::SENSORS;
 use clap::Args;
-use sim_harness::faults::{Faults, SimulatedDrive};
+use sim_harness::faults::Faults;
+use sim_harness::robot::SimulatedDrive;
 use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
 use sim_harness::{console, output};
 

@@ -22,7 +22,6 @@ mod kind;
 mod line_words;
 mod on_inputs;
 mod parse;
-mod simulated;
 mod window;
 
 pub use active::{ActiveFault, ActiveFaults};
@@ -32,5 +31,4 @@ pub use fault::{Fault, Faults};
 pub use kind::Kind;
 pub(crate) use kind::period_us;
 pub use on_inputs::{FaultyInputs, NotOnInputs};
-pub use simulated::{SimulatedDrive, SimulationRefused};
 pub use window::Window;

@@ -6,8 +6,7 @@
 //! reads them over multiplexers and buses, byte for byte, and the pose comes in the
 //! frames of the robot's bus. [`ActiveFaults`](crate::faults::ActiveFaults) break what can break.
 //!
-//! [`SensorFaultTrials`] measure what a broken sensor costs a map, [`StampTrials`] what
-//! it costs that a frame does not say when its pose was true.
+//! A [`SimulatedDrive`] is one with its recording, with a whole robot or without.
 //!
 //! Not modelled: what the flash image's interrupts do (a transaction waits for its end
 //! here), lost samples other than by faults on the buses, and a frame's way over its bus.
@@ -16,29 +15,15 @@ mod bring_up;
 mod bus_faults;
 mod driven;
 mod frames;
-mod mapped;
 mod scene;
 mod sensor_clock;
-mod sensor_faults;
 mod simulated;
-mod stamps;
+mod simulated_drive;
 mod wheel_module;
 
 pub use bring_up::OFFSETS;
 pub use driven::{RobotDrive, drive};
-pub use mapped::{Mapped, map};
 pub use scene::Scene;
 pub use sensor_clock::{Rhythm, SensorClocks};
-pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};
 pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
-pub use stamps::{StampRow, StampTrials};
-
-use amiro_ipf::filter::Profile;
-
-/// What a profile is called in tables.
-const fn profile_name(profile: Profile) -> &'static str {
-    match profile {
-        Profile::Paper => "paper",
-        Profile::Plus => "plus",
-    }
-}
+pub use simulated_drive::{SimulatedDrive, SimulationRefused};

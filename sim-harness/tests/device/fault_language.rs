@@ -12,9 +12,10 @@ use amiro_ipf::node::{Config, Event, Fault as Refusal, Input};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
 use sim_harness::device::Comparison;
-use sim_harness::faults::{Faults, SimulatedDrive};
+use sim_harness::evaluation::{Mapped, map};
+use sim_harness::faults::Faults;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
-use sim_harness::robot::{Mapped, Robot, RobotDrive, STARTS_DRIVING_US, Said, drive, map};
+use sim_harness::robot::{Robot, RobotDrive, STARTS_DRIVING_US, Said, SimulatedDrive, drive};
 use sim_harness::run;
 use sim_harness::world::{Options, Scenario, simulate_with, standard};
 

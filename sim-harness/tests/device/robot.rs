@@ -12,11 +12,11 @@ use amiro_ipf::node::{Config, Event, Fault, Input, Node, Particles, Source};
 use sim_harness::device::boot_on_host;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::Scores;
+use sim_harness::evaluation::{Mapped, SensorFaultTrials, map};
 use sim_harness::faults::{ActiveFaults, Component, Kind};
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
-    Mapped, OFFSETS, Report, Rhythm, Robot, STARTS_DRIVING_US, Said, Scene, SensorClocks,
-    SensorFaultTrials, drive, map,
+    OFFSETS, Report, Rhythm, Robot, STARTS_DRIVING_US, Said, Scene, SensorClocks, drive,
 };
 use sim_harness::world::{Drive, Options, Scenario, standard};
 use sim_harness::{log, run};

@@ -8,10 +8,10 @@ use amiro_ipf::model::SENSORS;
 use amiro_ipf::node::Config;
 use rayon::prelude::*;
 
-use super::{Robot, RobotDrive, drive, map};
+use super::{MeanStd, Number, Scores, map};
 use crate::RunError;
-use crate::evaluation::{MeanStd, Number, Scores};
 use crate::faults::{ActiveFaults, Component, Kind};
+use crate::robot::{Robot, RobotDrive, drive};
 use crate::world::{Drive, Options, Scenario};
 
 /// How one sensor is broken from some time of a drive on.
@@ -222,7 +222,7 @@ impl fmt::Display for SensorFaultRow {
             "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
              coverage {:4}",
             self.scenario,
-            super::profile_name(self.profile),
+            profile_name(self.profile),
             percent(self.oe.mean),
             percent(self.oe_unexpanded.mean),
             figure(self.tpr.mean, 2),
@@ -240,5 +240,13 @@ impl fmt::Display for SensorFaultRow {
             percent(Some(worst)),
             100.0 * trouble.most_loss()
         )
+    }
+}
+
+/// What a profile is called in tables.
+const fn profile_name(profile: Profile) -> &'static str {
+    match profile {
+        Profile::Paper => "paper",
+        Profile::Plus => "plus",
     }
 }

@@ -2,8 +2,8 @@
 
 use amiro_ipf::node::{Config, Event, Input, StepBegun};
 
+use super::{Scores, Truth};
 use crate::drive::FilterRecords;
-use crate::evaluation::{Scores, Truth};
 use crate::geometry::Pose2;
 use crate::mapping::{CountingMapper, Map, Mapper};
 use crate::world::Scenario;

@@ -6,10 +6,10 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::node::{Config, Input};
 use rayon::prelude::*;
 
-use super::{Robot, drive, map};
+use super::{MeanStd, map};
 use crate::RunError;
-use crate::evaluation::MeanStd;
 use crate::faults::ActiveFaults;
+use crate::robot::{Robot, drive};
 use crate::world::{Options, Scenario};
 
 /// The same drives of a robot with four odometries.

@@ -8,10 +8,10 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Truth;
 use amiro_ipf::node::Input;
 
-use super::Faults;
+use super::{Robot, drive};
 use crate::device::FaultInjector;
+use crate::faults::Faults;
 use crate::log::RecordingWriter;
-use crate::robot::{Robot, drive};
 use crate::world::{Odometry, Options, Scenario, Simulation, simulate_with};
 
 /// A simulated drive: the world, in what it differs from the model, and what breaks.
