@@ -30,7 +30,7 @@ pub use mapped::{Mapped, map};
 pub use scene::Scene;
 pub use sensor_clock::{Rhythm, SensorClocks};
 pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};
-pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
+pub use simulated::{AcquisitionReport, ReportContent, Robot, STARTS_DRIVING_US};
 pub use stamps::{StampRow, StampTrials};
 
 use amiro_ipf::filter::Profile;
