@@ -71,7 +71,7 @@
 //! }
 //! // One step at the start, one per 10 mm.
 //! assert_eq!(steps, 11);
-//! # Ok::<(), amiro_ipf::node::Fault>(())
+//! # Ok::<(), amiro_ipf::node::InputError>(())
 //! ```
 //!
 //! Minimum supported Rust version: 1.90.

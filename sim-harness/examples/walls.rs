@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use sim_harness::console;
-use sim_harness::evaluation::{Surroundings, WallReport};
+use sim_harness::evaluation::{MappedPath, WallReport};
 use sim_harness::mapping::{Belief, Map};
 
 const STEP_M: f64 = 0.01;
@@ -18,7 +18,7 @@ fn main() {
     for length_m in [10.0, 20.0, 40.0, 80.0, 160.0, 288.0] {
         let (map, path) = drive(length_m);
         let begun = Instant::now();
-        let surroundings = Surroundings::new(&map, &path);
+        let surroundings = MappedPath::new(&map, &path);
         let legs = WallReport::by_leg(&surroundings);
         let whole = WallReport::of(&surroundings);
         console::print(format_args!(

@@ -41,12 +41,13 @@ pub mod report;
 pub mod rig;
 pub mod robot;
 mod run;
+mod run_record;
 pub mod sensors;
 pub mod spool;
-mod survey;
+
 mod ticks;
 pub mod world;
 
 pub use run::{CAPACITY, RunError, RunOutcome, check, check_capacity, run, run_streamed};
-pub use survey::{Figures, Survey};
+pub use run_record::{RunRecord, RunStatistics};
 pub use ticks::{TICK_PERIOD_US, Ticked, with_ticks};

@@ -10,7 +10,7 @@ use amiro_ipf::node::{Config, Input, Scheduled, StepScheduler};
 use serde::Serialize;
 
 use crate::datasets::{Dataset, DatasetError, PoseSource, RefusedRows};
-use crate::drive::{FilterRecords, Keyframes, Record, Return, Scan, scan_records};
+use crate::drive::{FilterRecords, Keyframes, RangeScan, Record, Return, scan_records};
 use crate::geometry::Vector;
 use crate::mapping::{Mapper, Method};
 use crate::rig::Rig;
@@ -192,7 +192,7 @@ pub fn dataset_records(
 }
 
 /// Whether a scan is of mounts that are to be mapped: its first mount decides.
-fn is_wanted(rig: &Rig, scan: &Scan, names: &[String]) -> bool {
+fn is_wanted(rig: &Rig, scan: &RangeScan, names: &[String]) -> bool {
     let first = rig.mounts.get(scan.mounts.start);
     names.is_empty()
         || first.is_some_and(|mount| names.iter().any(|name| mount.name.starts_with(name)))

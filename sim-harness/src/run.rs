@@ -1,7 +1,7 @@
 //! Inputs through a node: what a board would do with a recording, on the host.
 
 use amiro_ipf::filter::{ParameterError, ParticleSet};
-use amiro_ipf::node::{Config, Event, Fault, Input, Node};
+use amiro_ipf::node::{Config, Event, Input, InputError, Node};
 
 /// Particles that fit: twice the paper's 1000 for each of eight sensors.
 pub const CAPACITY: usize = 16_000;
@@ -11,28 +11,28 @@ pub const CAPACITY: usize = 16_000;
 pub struct RunOutcome {
     /// Steps of the filter.
     pub steps: u32,
-    /// How many inputs were refused, by fault in the order of [`Fault::ALL`].
-    pub refused: [u64; Fault::ALL.len()],
+    /// How many inputs were refused, by fault in the order of [`InputError::ALL`].
+    pub refused: [u64; InputError::ALL.len()],
     /// Which inputs were refused and why: their numbers from 0, ascending. Empty for a run
     /// that is [streamed](run_streamed).
-    pub refusals: Vec<(usize, Fault)>,
+    pub refusals: Vec<(usize, InputError)>,
 }
 
 impl RunOutcome {
     /// The faults that occurred, with how often.
-    pub fn faults(&self) -> impl Iterator<Item = (Fault, u64)> {
-        let counted = Fault::ALL.into_iter().zip(self.refused);
+    pub fn faults(&self) -> impl Iterator<Item = (InputError, u64)> {
+        let counted = InputError::ALL.into_iter().zip(self.refused);
         counted.filter(|(_, count)| *count > 0)
     }
 
     /// Counts a refused input and keeps its number.
-    pub(crate) fn refuse(&mut self, input: usize, fault: Fault) {
+    pub(crate) fn refuse(&mut self, input: usize, fault: InputError) {
         self.count(fault);
         self.refusals.push((input, fault));
     }
 
-    fn count(&mut self, fault: Fault) {
-        let counters = Fault::ALL.into_iter().zip(&mut self.refused);
+    fn count(&mut self, fault: InputError) {
+        let counters = InputError::ALL.into_iter().zip(&mut self.refused);
         for (_, counter) in counters.filter(|(word, _)| *word == fault) {
             *counter += 1;
         }
@@ -55,7 +55,7 @@ pub enum RunError {
     },
     /// The node refused the configuration for another reason.
     #[error("configuration refused: {0}")]
-    Refused(Fault),
+    Refused(InputError),
 }
 
 /// Whether the particles of a configuration fit into a set of so many.
@@ -110,7 +110,7 @@ pub fn run_streamed(
     config: &Config,
     inputs: impl IntoIterator<Item = Input>,
     mut on_event: impl FnMut(&Event),
-    mut on_refusal: impl FnMut(usize, Fault),
+    mut on_refusal: impl FnMut(usize, InputError),
 ) -> Result<RunOutcome, RunError> {
     check(config)?;
     let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
@@ -162,7 +162,10 @@ mod tests {
         let outcome = run(&config, &inputs, |_| events += 1).unwrap();
         assert_eq!(outcome.steps, 1);
         let faults: Vec<_> = outcome.faults().collect();
-        assert_eq!(faults, [(Fault::StampBackward, 2), (Fault::NoPose, 1)]);
+        assert_eq!(
+            faults,
+            [(InputError::StampBackward, 2), (InputError::NoPose, 1)]
+        );
         // Configured, begun and done; an empty set has no outcomes in its first step.
         assert_eq!(events, 3);
     }

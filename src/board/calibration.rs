@@ -73,14 +73,14 @@ impl core::error::Error for OffsetRefusal {}
 
 /// Sum and range of one sensor's readings.
 #[derive(Clone, Copy, Debug)]
-struct Tally {
+struct ReadingStatistics {
     readings: u8,
     sum: u32,
     lowest: u16,
     highest: u16,
 }
 
-impl Tally {
+impl ReadingStatistics {
     const NONE: Self = Self {
         readings: 0,
         sum: 0,
@@ -124,7 +124,7 @@ impl Tally {
 /// A measurement of all offsets, one round of readings at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct OffsetMeasurement {
-    tallies: [Tally; SENSORS],
+    tallies: [ReadingStatistics; SENSORS],
     rounds: u8,
     stored: Option<[u16; SENSORS]>,
 }
@@ -135,7 +135,7 @@ impl OffsetMeasurement {
     #[must_use]
     pub const fn new(known: &Offsets) -> Self {
         Self {
-            tallies: [Tally::NONE; SENSORS],
+            tallies: [ReadingStatistics::NONE; SENSORS],
             rounds: 0,
             stored: match known.origin {
                 OffsetOrigin::Defaults => None,
@@ -248,13 +248,13 @@ mod tests {
 
     #[test]
     fn the_mean_is_rounded_to_the_nearest() {
-        let mut tally = Tally::NONE;
+        let mut tally = ReadingStatistics::NONE;
         assert_eq!(tally.mean(), 0);
         tally.take(2_000);
         tally.take(2_001);
         tally.take(2_001);
         assert_eq!(tally.mean(), 2_001);
-        let mut full = Tally::NONE;
+        let mut full = ReadingStatistics::NONE;
         (0..30).for_each(|_| full.take(u16::MAX));
         assert_eq!((full.mean(), full.readings), (u16::MAX, READINGS));
     }

@@ -45,13 +45,13 @@ pub struct ProximitySensor {
     failures: u8,
     plausible: u8,
     ambient_saturated: bool,
-    last: Option<Stamped>,
+    last: Option<StampedCounts>,
     signal: SignalCheck,
     counters: SensorCounters,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Stamped {
+struct StampedCounts {
     stamp_us: u64,
     proximity: u16,
 }
@@ -196,7 +196,7 @@ impl ProximitySensor {
         self.counters.readings = self.counters.readings.saturating_add(1);
         self.signal.take(measurement.proximity, self.offset, moving);
         self.ambient_saturated = is_ambient_saturated(measurement.ambient);
-        self.last = Some(Stamped {
+        self.last = Some(StampedCounts {
             stamp_us: now_us,
             proximity: measurement.proximity,
         });

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::board::offsets::OffsetReport;
 use crate::board::supervision::PostMortem;
-use crate::node::{Event, Fault, Input, Node, NodeStatus, Source};
+use crate::node::{Event, Input, InputError, Node, NodeStatus, Source};
 
 /// How a frame is treated when the line cannot keep up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,18 +169,20 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
         &mut self,
         message: &Message,
         send: &mut impl FnMut(&[u8], Priority),
-    ) -> Result<(), Fault> {
+    ) -> Result<(), InputError> {
         match message {
             Message::Hello => self.answer_greeting(send),
-            Message::Calibrate | Message::Input(_) if self.is_safe => return Err(Fault::SafeMode),
+            Message::Calibrate | Message::Input(_) if self.is_safe => {
+                return Err(InputError::SafeMode);
+            }
             Message::Calibrate => self.is_calibration_requested = true,
             Message::Input(input)
                 if is_measured(input) && self.node.config().source != Source::Link =>
             {
-                return Err(Fault::NotTheSource);
+                return Err(InputError::NotTheSource);
             }
             Message::Input(input) => return self.handle_input(input, send),
-            _ => return Err(Fault::NotAnInput),
+            _ => return Err(InputError::NotAnInput),
         }
         self.requests = self.requests.wrapping_add(1);
         Ok(())
@@ -201,7 +203,7 @@ impl<'a, const N: usize> DeviceEndpoint<'a, N> {
         &mut self,
         input: &Input,
         send: &mut impl FnMut(&[u8], Priority),
-    ) -> Result<(), Fault> {
+    ) -> Result<(), InputError> {
         let Self { node, encoder, .. } = self;
         node.handle(input, &mut |event| {
             send(encoder.encode(event), Priority::of(event));
@@ -287,7 +289,7 @@ mod tests {
         sent
     }
 
-    fn refusals(sent: &[(Message, Priority)]) -> Vec<Option<Fault>> {
+    fn refusals(sent: &[(Message, Priority)]) -> Vec<Option<InputError>> {
         let answer = |(message, _): &(Message, Priority)| match message {
             Message::Answer { refused, .. } => Some(*refused),
             _ => None,
@@ -310,7 +312,7 @@ mod tests {
         assert!(endpoint.take_calibration());
         endpoint.enter_safe_mode();
         let safe = refusals(&sent(&mut endpoint, &mut host, &inputs));
-        let refused = Some(Fault::SafeMode);
+        let refused = Some(InputError::SafeMode);
         assert_eq!(safe, [None, refused, refused]);
         assert!(!endpoint.take_calibration());
     }

@@ -8,7 +8,7 @@ use crate::board::health::Health;
 use crate::board::offsets::OffsetReport;
 use crate::board::supervision::{PostMortem, Supervision};
 use crate::geometry::Pose;
-use crate::node::{Event, Fault, Input};
+use crate::node::{Event, Input, InputError};
 
 /// Bytes of a scenario in one truth message.
 pub const SCENARIO_CHUNK: usize = 96;
@@ -39,7 +39,7 @@ pub enum Message {
         /// Sequence number of the host's frame.
         input: u16,
         /// Why it was refused, if it was.
-        refused: Option<Fault>,
+        refused: Option<InputError>,
     },
     /// Board to host: the state of node and board, at 8 Hz.
     Status(Status),
@@ -52,7 +52,7 @@ pub enum Message {
     /// Board to host: the state of the image, after a start and once per second.
     Supervision(Supervision),
     /// Simulator to host, in a recording only; a board refuses it.
-    Truth(Truth),
+    Truth(TruthMessage),
 }
 
 impl Message {
@@ -89,13 +89,16 @@ pub enum MessageRef<'a> {
     Input(&'a Input),
     Event(&'a Event),
     Boot(&'a Boot),
-    Answer { input: u16, refused: Option<Fault> },
+    Answer {
+        input: u16,
+        refused: Option<InputError>,
+    },
     Status(&'a Status),
     Health(&'a Health),
     Offsets(&'a OffsetReport),
     PostMortem(&'a PostMortem),
     Supervision(&'a Supervision),
-    Truth(&'a Truth),
+    Truth(&'a TruthMessage),
 }
 
 impl<'a> From<&'a Input> for MessageRef<'a> {
@@ -135,7 +138,7 @@ impl<'a> From<&'a Message> for MessageRef<'a> {
 /// What only a simulator can report: true poses, the scenario, seeds, faults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Truth {
+pub enum TruthMessage {
     /// The true pose of the robot.
     Pose {
         /// Time of the pose.

@@ -17,7 +17,7 @@ pub use device_endpoint::{DeviceEndpoint, Priority};
 pub use frame::{Encoder, Frame, FrameError, MAX_FRAME};
 
 pub use loss_counter::LossCounter;
-pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, Truth};
+pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, TruthMessage};
 pub use report::{BoardStatus, Boot, Status};
 
 /// Version of the messages, sent in every boot message.

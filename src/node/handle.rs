@@ -1,6 +1,6 @@
 //! The node and its answer to each kind of input.
 
-use super::{Config, Event, Fault, Input, NodeStatus, Scheduled, StepRule, StepScheduler};
+use super::{Config, Event, Input, InputError, NodeStatus, Scheduled, StepRule, StepScheduler};
 use crate::filter::{InverseParticleFilter, Model, ParticleSet};
 use crate::model::SENSORS;
 
@@ -54,7 +54,11 @@ impl<'a, const N: usize> Node<'a, N> {
     ///
     /// # Errors
     /// Why the input was refused. A refused input changes only the counters.
-    pub fn handle(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
+    pub fn handle(
+        &mut self,
+        input: &Input,
+        emit: &mut impl FnMut(&Event),
+    ) -> Result<(), InputError> {
         let result = match *input {
             Input::Configure(config) => self.configure(&config, emit),
             Input::Limit {
@@ -78,16 +82,20 @@ impl<'a, const N: usize> Node<'a, N> {
     /// # Errors
     /// As [`handle`](Self::handle).
     #[cfg(all(feature = "std", not(target_os = "none")))]
-    pub fn events_of(&mut self, input: &Input) -> Result<std::vec::Vec<Event>, Fault> {
+    pub fn events_of(&mut self, input: &Input) -> Result<std::vec::Vec<Event>, InputError> {
         let mut events = std::vec::Vec::new();
         self.handle(input, &mut |event| events.push(event.clone()))?;
         Ok(events)
     }
 
-    fn configure(&mut self, config: &Config, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
-        config.validate().map_err(|_| Fault::BadParameter)?;
+    fn configure(
+        &mut self,
+        config: &Config,
+        emit: &mut impl FnMut(&Event),
+    ) -> Result<(), InputError> {
+        config.validate().map_err(|_| InputError::BadParameter)?;
         if config.particles() > N {
-            return Err(Fault::TooManyParticles);
+            return Err(InputError::TooManyParticles);
         }
         self.config = *config;
         self.model = config.model();
@@ -108,7 +116,7 @@ impl<'a, const N: usize> Node<'a, N> {
     ///
     /// A reset of the odometry removes the particles: the motion since their last step is
     /// unknown, so they cannot be propagated.
-    fn advance(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), Fault> {
+    fn advance(&mut self, input: &Input, emit: &mut impl FnMut(&Event)) -> Result<(), InputError> {
         let scheduled = self.scheduler.take(&self.config, input);
         self.status.without = self.scheduler.without().0;
         match scheduled? {
@@ -122,9 +130,9 @@ impl<'a, const N: usize> Node<'a, N> {
         Ok(())
     }
 
-    fn limit(&mut self, particles_per_sensor: u16) -> Result<(), Fault> {
+    fn limit(&mut self, particles_per_sensor: u16) -> Result<(), InputError> {
         if particles_per_sensor == 0 {
-            return Err(Fault::BadParameter);
+            return Err(InputError::BadParameter);
         }
         let sensors = self.config.sensors.len();
         self.filter

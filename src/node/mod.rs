@@ -8,9 +8,10 @@
 mod batch;
 mod config;
 mod event;
-mod fault;
+
 mod handle;
 mod input;
+mod input_error;
 pub mod odometry;
 mod sample_window;
 pub mod seed;
@@ -23,9 +24,9 @@ mod tests;
 
 pub use config::{Config, SampleSelection, Source, StepRule};
 pub use event::{BATCH, Event, ParticleEvent, Particles, StepBegun, StepDone};
-pub use fault::Fault;
 pub use handle::Node;
 pub use input::Input;
+pub use input_error::InputError;
 pub use odometry::Odometry;
 pub use sample_window::{MAX_SAMPLE_AGE_US, SampleWindow, WINDOW};
 pub use seed::SeedSource;

@@ -7,7 +7,7 @@
 
 use crate::geometry::{Motion, Pose};
 use crate::model::{DifferentialDrive, WheelSpeeds};
-use crate::node::Fault;
+use crate::node::InputError;
 
 /// Odometry older than this at a reading's stamp is stale: three periods of the
 /// AMiRo's 63 ms, rounded up.
@@ -35,21 +35,21 @@ const INSISTING: u8 = 3;
 /// The last two odometry poses, and how the robot moves beyond them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Odometry {
-    last: Option<Stamped>,
-    before: Option<Stamped>,
+    last: Option<StampedPose>,
+    before: Option<StampedPose>,
     /// Wheel speeds since the last pose, when the source of motion is wheel speeds.
     speeds: Option<WheelSpeeds>,
     /// The last pose that was implausible, and how many of them agree.
-    suspect: Option<(Stamped, u8)>,
+    suspect: Option<(StampedPose, u8)>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Stamped {
+struct StampedPose {
     stamp_us: u64,
     pose: Pose,
 }
 
-impl Stamped {
+impl StampedPose {
     /// Whether a robot can get from here to `next` in the time between.
     fn reaches(&self, next: &Self) -> bool {
         let seconds = next.stamp_us.saturating_sub(self.stamp_us) as f32 * 1e-6;
@@ -77,13 +77,13 @@ impl Odometry {
     /// with each other: the odometry then has a new origin.
     ///
     /// # Errors
-    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]; [`Fault::Implausible`]. The pose
+    /// [`InputError::NotFinite`]; [`InputError::StampBackward`]; [`InputError::Implausible`]. The pose
     /// is then ignored.
-    pub fn take_pose(&mut self, stamp_us: u64, pose: Pose) -> Result<Continuity, Fault> {
+    pub fn take_pose(&mut self, stamp_us: u64, pose: Pose) -> Result<Continuity, InputError> {
         if !pose.is_finite() {
-            return Err(Fault::NotFinite);
+            return Err(InputError::NotFinite);
         }
-        let continuity = self.push(Stamped { stamp_us, pose })?;
+        let continuity = self.push(StampedPose { stamp_us, pose })?;
         self.speeds = None;
         Ok(continuity)
     }
@@ -92,20 +92,20 @@ impl Odometry {
     /// from the origin if none is known.
     ///
     /// # Errors
-    /// [`Fault::NotFinite`]; [`Fault::StampBackward`]; [`Fault::Implausible`] for a
+    /// [`InputError::NotFinite`]; [`InputError::StampBackward`]; [`InputError::Implausible`] for a
     /// wheel faster than [`MAX_SPEED_M_PER_S`]. The speeds are then ignored.
     pub fn take_wheels(
         &mut self,
         drive: &DifferentialDrive,
         stamp_us: u64,
         speeds: WheelSpeeds,
-    ) -> Result<Continuity, Fault> {
+    ) -> Result<Continuity, InputError> {
         let wheels = [speeds.left_m_per_s, speeds.right_m_per_s];
         if !wheels.iter().all(|speed| speed.is_finite()) {
-            return Err(Fault::NotFinite);
+            return Err(InputError::NotFinite);
         }
         if wheels.iter().any(|speed| speed.abs() > MAX_SPEED_M_PER_S) {
-            return Err(Fault::Implausible);
+            return Err(InputError::Implausible);
         }
         let pose = match (self.last, self.speeds) {
             (Some(last), Some(before)) if stamp_us >= last.stamp_us => {
@@ -114,18 +114,18 @@ impl Odometry {
             (Some(last), _) => last.pose,
             (None, _) => Pose::default(),
         };
-        let continuity = self.push(Stamped { stamp_us, pose })?;
+        let continuity = self.push(StampedPose { stamp_us, pose })?;
         self.speeds = Some(speeds);
         Ok(continuity)
     }
 
-    fn push(&mut self, next: Stamped) -> Result<Continuity, Fault> {
+    fn push(&mut self, next: StampedPose) -> Result<Continuity, InputError> {
         let Some(last) = self.last else {
             self.last = Some(next);
             return Ok(Continuity::Continuous);
         };
         if next.stamp_us < last.stamp_us {
-            return Err(Fault::StampBackward);
+            return Err(InputError::StampBackward);
         }
         if next.stamp_us == last.stamp_us {
             return Ok(Continuity::Continuous);
@@ -146,14 +146,14 @@ impl Odometry {
         };
         if agreeing < INSISTING {
             self.suspect = Some((next, agreeing));
-            return Err(Fault::Implausible);
+            return Err(InputError::Implausible);
         }
         self.begin_at(next);
         Ok(Continuity::Reset)
     }
 
     /// Forgets how the robot got where it is.
-    fn begin_at(&mut self, origin: Stamped) {
+    fn begin_at(&mut self, origin: StampedPose) {
         *self = Self {
             last: Some(origin),
             ..Self::default()
@@ -163,25 +163,25 @@ impl Odometry {
     /// The pose at a stamp.
     ///
     /// # Errors
-    /// [`Fault::NoPose`] before any odometry; [`Fault::StalePose`] when the stamp lies
+    /// [`InputError::NoPose`] before any odometry; [`InputError::StalePose`] when the stamp lies
     /// before the last two poses or more than [`MAX_AGE_US`] after the last.
-    pub fn pose_at(&self, drive: &DifferentialDrive, stamp_us: u64) -> Result<Pose, Fault> {
-        let last = self.last.ok_or(Fault::NoPose)?;
+    pub fn pose_at(&self, drive: &DifferentialDrive, stamp_us: u64) -> Result<Pose, InputError> {
+        let last = self.last.ok_or(InputError::NoPose)?;
         match stamp_us.checked_sub(last.stamp_us) {
             Some(0) => Ok(last.pose),
-            Some(age_us) if age_us > MAX_AGE_US => Err(Fault::StalePose),
+            Some(age_us) if age_us > MAX_AGE_US => Err(InputError::StalePose),
             Some(age_us) => Ok(match self.speeds {
                 Some(speeds) => reckon(drive, &last, speeds, age_us),
                 None => self.along_last_motion(&last, stamp_us).unwrap_or(last.pose),
             }),
             None => self
                 .along_last_motion(&last, stamp_us)
-                .ok_or(Fault::StalePose),
+                .ok_or(InputError::StalePose),
         }
     }
 
     /// The pose at a stamp on the arc through the last two poses, if they say anything.
-    fn along_last_motion(&self, last: &Stamped, stamp_us: u64) -> Option<Pose> {
+    fn along_last_motion(&self, last: &StampedPose, stamp_us: u64) -> Option<Pose> {
         let before = self.before?;
         let gap_us = last.stamp_us - before.stamp_us;
         if stamp_us < before.stamp_us {
@@ -198,7 +198,12 @@ impl Odometry {
     }
 }
 
-fn reckon(drive: &DifferentialDrive, from: &Stamped, speeds: WheelSpeeds, after_us: u64) -> Pose {
+fn reckon(
+    drive: &DifferentialDrive,
+    from: &StampedPose,
+    speeds: WheelSpeeds,
+    after_us: u64,
+) -> Pose {
     let motion: Motion = drive.motion(speeds, after_us as f32 * 1e-6);
     from.pose.moved(&motion)
 }
@@ -303,7 +308,7 @@ mod tests {
         odometry.take_wheels(&DRIVE, 1_000_000, ahead).unwrap();
         assert_eq!(
             odometry.take_wheels(&DRIVE, 999_999, ahead),
-            Err(Fault::StampBackward)
+            Err(InputError::StampBackward)
         );
         let pose = odometry.pose_at(&DRIVE, 1_100_000).unwrap();
         assert!((pose.position.x - 0.008).abs() < 1e-7, "{pose:?}");
@@ -311,27 +316,36 @@ mod tests {
 
     #[test]
     fn too_old_too_young_and_absent_are_told_apart() {
-        assert_eq!(Odometry::default().pose_at(&DRIVE, 5), Err(Fault::NoPose));
+        assert_eq!(
+            Odometry::default().pose_at(&DRIVE, 5),
+            Err(InputError::NoPose)
+        );
         let odometry = straight();
-        assert_eq!(odometry.pose_at(&DRIVE, 999_999), Err(Fault::StalePose));
+        assert_eq!(
+            odometry.pose_at(&DRIVE, 999_999),
+            Err(InputError::StalePose)
+        );
         assert!(odometry.pose_at(&DRIVE, 1_250_000).is_ok());
-        assert_eq!(odometry.pose_at(&DRIVE, 1_250_001), Err(Fault::StalePose));
+        assert_eq!(
+            odometry.pose_at(&DRIVE, 1_250_001),
+            Err(InputError::StalePose)
+        );
     }
 
     #[test]
     fn backward_stamps_and_bad_numbers_change_nothing() {
         let mut odometry = straight();
         let backward = odometry.take_pose(1_049_999, Pose::new(9.0, 0.0, 0.0));
-        assert_eq!(backward, Err(Fault::StampBackward));
+        assert_eq!(backward, Err(InputError::StampBackward));
         let bad = odometry.take_pose(1_060_000, Pose::new(f32::NAN, 0.0, 0.0));
-        assert_eq!(bad, Err(Fault::NotFinite));
+        assert_eq!(bad, Err(InputError::NotFinite));
         let speeds = WheelSpeeds {
             left_m_per_s: f32::INFINITY,
             right_m_per_s: 0.0,
         };
         assert_eq!(
             odometry.take_wheels(&DRIVE, 1_060_000, speeds),
-            Err(Fault::NotFinite)
+            Err(InputError::NotFinite)
         );
         let pose = odometry.pose_at(&DRIVE, 1_050_000).unwrap();
         assert!((pose.position.x - 0.004).abs() < 1e-9);
@@ -346,7 +360,10 @@ mod tests {
                 Pose::new(0.0, 0.0, bad),
             ] {
                 let mut odometry = straight();
-                assert_eq!(odometry.take_pose(1_060_000, pose), Err(Fault::NotFinite));
+                assert_eq!(
+                    odometry.take_pose(1_060_000, pose),
+                    Err(InputError::NotFinite)
+                );
                 let held = odometry.pose_at(&DRIVE, 1_060_000).unwrap();
                 assert!((held.position.x - 0.0048).abs() < 1e-6, "{held:?}");
             }
@@ -364,7 +381,7 @@ mod tests {
         ] {
             assert_eq!(
                 odometry.take_pose(stamp_us, pose),
-                Err(Fault::Implausible),
+                Err(InputError::Implausible),
                 "{pose:?}"
             );
         }
@@ -390,14 +407,17 @@ mod tests {
         assert_eq!(
             taken,
             [
-                Err(Fault::Implausible),
-                Err(Fault::Implausible),
+                Err(InputError::Implausible),
+                Err(InputError::Implausible),
                 Ok(Continuity::Reset),
                 Ok(Continuity::Continuous)
             ]
         );
         // Nothing joins the two origins.
-        assert_eq!(odometry.pose_at(&DRIVE, 1_060_000), Err(Fault::StalePose));
+        assert_eq!(
+            odometry.pose_at(&DRIVE, 1_060_000),
+            Err(InputError::StalePose)
+        );
     }
 
     #[test]
@@ -432,7 +452,7 @@ mod tests {
             odometry.take_pose(0, Pose::default()).unwrap();
             assert_eq!(
                 odometry.take_pose(1, Pose::new(metres, 0.0, radians)),
-                Err(Fault::Implausible),
+                Err(InputError::Implausible),
                 "{metres} m, {radians} rad"
             );
         }
@@ -452,12 +472,12 @@ mod tests {
         for stamp_us in [0, 1, 1_049_999] {
             assert_eq!(
                 odometry.take_pose(stamp_us, Pose::default()),
-                Err(Fault::StampBackward)
+                Err(InputError::StampBackward)
             );
         }
         for (gap_us, expected) in [
-            (1, Err(Fault::Implausible)),
-            (MAX_GAP_US, Err(Fault::Implausible)),
+            (1, Err(InputError::Implausible)),
+            (MAX_GAP_US, Err(InputError::Implausible)),
             (MAX_GAP_US + 1, Ok(Continuity::Reset)),
             (u64::MAX - 1_050_000, Ok(Continuity::Reset)),
         ] {
@@ -476,7 +496,7 @@ mod tests {
         let mut odometry = Odometry::default();
         assert_eq!(
             odometry.take_wheels(&DRIVE, 0, speeds),
-            Err(Fault::Implausible)
+            Err(InputError::Implausible)
         );
         // The fastest that is believed is.
         let fastest = WheelSpeeds {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fault;
+use super::InputError;
 
 /// The state of the node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +15,7 @@ pub struct NodeStatus {
     /// Inputs refused since boot.
     pub refused: u32,
     /// Why the last one was refused.
-    pub last_fault: Option<Fault>,
+    pub last_fault: Option<InputError>,
     /// The sensors without counts in the last step, as a mask.
     pub without: u8,
     /// Nearest obstacle of the last step.

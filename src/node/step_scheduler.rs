@@ -1,7 +1,7 @@
 //! When a step is due, and what it consumes: odometry and samples brought together.
 
 use super::odometry::{Continuity, Odometry};
-use super::{Config, Fault, Input, SampleWindow, StepRule, StepTrigger};
+use super::{Config, Input, InputError, SampleWindow, StepRule, StepTrigger};
 use crate::geometry::{Motion, Pose};
 use crate::model::{SENSORS, Sample, SensorMask};
 
@@ -58,10 +58,10 @@ impl StepScheduler {
     /// [`Input::Configure`] and [`Input::Limit`] concern the filter: nothing follows.
     ///
     /// # Errors
-    /// Why the input was refused: those of [`Odometry`]; [`Fault::StampBackward`] for
-    /// samples older than the last; [`Fault::NoReading`] for a tick before any sample;
-    /// [`Fault::NoSensor`] when a step is due and no sensor in use has counts.
-    pub fn take(&mut self, config: &Config, input: &Input) -> Result<Scheduled, Fault> {
+    /// Why the input was refused: those of [`Odometry`]; [`InputError::StampBackward`] for
+    /// samples older than the last; [`InputError::NoReading`] for a tick before any sample;
+    /// [`InputError::NoSensor`] when a step is due and no sensor in use has counts.
+    pub fn take(&mut self, config: &Config, input: &Input) -> Result<Scheduled, InputError> {
         match *input {
             Input::Odometry { stamp_us, pose } => {
                 let continuity = self.odometry.take_pose(stamp_us, pose)?;
@@ -100,10 +100,10 @@ impl StepScheduler {
         config: &Config,
         stamp_us: u64,
         samples: [Sample; SENSORS],
-    ) -> Result<Scheduled, Fault> {
+    ) -> Result<Scheduled, InputError> {
         let last = self.last_sampled;
         if last.is_some_and(|last| stamp_us < last.stamp_us) {
-            return Err(Fault::StampBackward);
+            return Err(InputError::StampBackward);
         }
         let pose = self.odometry.pose_at(&config.drive, stamp_us)?;
         let travel_m = last.map(|last| last.pose.motion_to(&pose).travel());
@@ -128,8 +128,8 @@ impl StepScheduler {
     }
 
     /// A step at the newest samples under [`StepRule::PerTick`].
-    fn on_tick(&mut self, config: &Config) -> Result<Scheduled, Fault> {
-        let sampled = self.last_sampled.ok_or(Fault::NoReading)?;
+    fn on_tick(&mut self, config: &Config) -> Result<Scheduled, InputError> {
+        let sampled = self.last_sampled.ok_or(InputError::NoReading)?;
         if let StepRule::PerTick { .. } = config.step_rule {
             return self.step(config, &sampled);
         }
@@ -140,11 +140,11 @@ impl StepScheduler {
     ///
     /// Refused when no sensor has counts: without an observation no particle would be
     /// rejected, and all would pass the gate.
-    fn step(&mut self, config: &Config, sampled: &Sampled) -> Result<Scheduled, Fault> {
+    fn step(&mut self, config: &Config, sampled: &Sampled) -> Result<Scheduled, InputError> {
         let samples = in_use(config.sensors, self.samples.select(config.choice));
         self.without = without_counts(&samples);
         if self.without == SensorMask::ALL {
-            return Err(Fault::NoSensor);
+            return Err(InputError::NoSensor);
         }
         self.samples.begin_window();
         let last = self.last_step.replace(sampled.pose);

@@ -176,7 +176,7 @@ fn f18_without_any_sensor_nothing_is_done_and_the_fault_is_named() {
         // Later than any sample that could still be used.
         let dead = with_samples(row * 100_000, 0.0101 + row as f32 * 0.011, sample);
         assert_eq!(fed(&mut node, &dead), "!");
-        assert_eq!(node.status().last_fault, Some(Fault::NoSensor));
+        assert_eq!(node.status().last_fault, Some(InputError::NoSensor));
         assert_eq!(node.status().without, 0xff);
     }
     assert_eq!(node.filter().digest(), digest);
@@ -198,7 +198,7 @@ fn f20_silent_odometry_suspends_the_filter_and_a_second_forgets_the_particles() 
         let kinds = fed(&mut node, &[reading(stamp_us)]);
         if kinds == "!" {
             refused_since.get_or_insert(stamp_us);
-            assert_eq!(node.status().last_fault, Some(Fault::StalePose));
+            assert_eq!(node.status().last_fault, Some(InputError::StalePose));
         } else {
             // The motion goes on as before for three periods, then no longer.
             assert_eq!(refused_since, None, "{stamp_us}: {kinds}");
@@ -228,7 +228,7 @@ fn f31_a_new_origin_moves_no_particle() {
         .collect();
     // Twice refused and predicted to stand still, then believed: a first step.
     assert_eq!(kinds, ["!", "!", "?bd", ""]);
-    assert_eq!(node.status().last_fault, Some(Fault::Implausible));
+    assert_eq!(node.status().last_fault, Some(InputError::Implausible));
 }
 
 #[test]
@@ -237,11 +237,11 @@ fn refused_inputs_change_only_their_counter() {
     let mut node = Node::new(&mut set);
     let [odometry, reading] = at(8_000, 0.0, 0.0);
     assert_eq!(fed(&mut node, &[reading]), "!");
-    assert_eq!(node.status().last_fault, Some(Fault::NoPose));
+    assert_eq!(node.status().last_fault, Some(InputError::NoPose));
     fed(&mut node, &[odometry, reading]);
     let [_, early] = at(7_999, 0.0, 0.0);
     assert_eq!(fed(&mut node, &[early]), "!");
-    assert_eq!(node.status().last_fault, Some(Fault::StampBackward));
+    assert_eq!(node.status().last_fault, Some(InputError::StampBackward));
     let mut bad = config();
     bad.parameters.veto = 2.0;
     let many = Config {
@@ -252,7 +252,7 @@ fn refused_inputs_change_only_their_counter() {
         fed(&mut node, &[Input::Configure(bad), Input::Configure(many)]),
         "!!"
     );
-    assert_eq!(node.status().last_fault, Some(Fault::TooManyParticles));
+    assert_eq!(node.status().last_fault, Some(InputError::TooManyParticles));
     assert_eq!((node.status().refused, node.status().steps), (4, 1));
 }
 

@@ -13,7 +13,7 @@ use amiro_ipf::link::{
     self, Boot, Decoder, DeviceEndpoint, Encoder, Received, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{SENSORS, Sample, WheelSpeeds};
-use amiro_ipf::node::{Config, Fault, Input, Node, Source, StepRule};
+use amiro_ipf::node::{Config, Input, InputError, Node, Source, StepRule};
 
 use crate::common;
 
@@ -162,7 +162,7 @@ fn every_fuzz_target_and_step_that_the_page_names_exists() {
 }
 
 /// Why a board with its own sensors refuses each of some inputs of a host.
-fn refusals(inputs: &[Input]) -> Vec<Option<Fault>> {
+fn refusals(inputs: &[Input]) -> Vec<Option<InputError>> {
     let boot = Boot {
         wire_version: WIRE_VERSION,
         build_id: 0,
@@ -223,7 +223,7 @@ fn a_board_that_reads_its_own_sensors_refuses_those_of_a_host() {
         inputs.extend(measured);
         inputs
     };
-    let refused = Some(Fault::NotTheSource);
+    let refused = Some(InputError::NotTheSource);
     assert_eq!(refusals(&all(own)), [None, refused, refused, refused]);
     let by_link = Config {
         source: Source::Link,

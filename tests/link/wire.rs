@@ -23,12 +23,12 @@ use amiro_ipf::filter::{
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::link::{
     BoardStatus, Boot, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message,
-    Received, SCENARIO_CHUNK, Status, Truth, WINDOW, WIRE_VERSION,
+    Received, SCENARIO_CHUNK, Status, TruthMessage, WINDOW, WIRE_VERSION,
 };
 use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use amiro_ipf::node::{
-    BATCH, Config, Event, Fault, Input, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
+    BATCH, Config, Event, Input, InputError, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
     SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule,
 };
 use amiro_ipf::random::{Generator, uniform_below};
@@ -75,10 +75,10 @@ fn kind(message: &Message) -> &'static str {
         Message::PostMortem(_) => "PostMortem",
         Message::Supervision(_) => "Supervision",
         Message::Offsets(_) => "Offsets",
-        Message::Truth(Truth::Pose { .. }) => "Truth pose",
-        Message::Truth(Truth::Scenario(_)) => "Truth scenario",
-        Message::Truth(Truth::Seed(_)) => "Truth seed",
-        Message::Truth(Truth::Faults { .. }) => "Truth faults",
+        Message::Truth(TruthMessage::Pose { .. }) => "TruthMessage pose",
+        Message::Truth(TruthMessage::Scenario(_)) => "TruthMessage scenario",
+        Message::Truth(TruthMessage::Seed(_)) => "TruthMessage seed",
+        Message::Truth(TruthMessage::Faults { .. }) => "TruthMessage faults",
     }
 }
 
@@ -160,7 +160,7 @@ fn example_status() -> Status {
             steps: 80,
             inputs: 2345,
             refused: 1,
-            last_fault: Some(Fault::StalePose),
+            last_fault: Some(InputError::StalePose),
             without: 0x81,
             obstacle: Some(Obstacle {
                 range_m: 0.125,
@@ -309,23 +309,23 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
     let truth = [
         (
             "truth-pose",
-            Truth::Pose {
+            TruthMessage::Pose {
                 stamp_us: 1_000_000,
                 pose,
             },
         ),
         (
             "truth-scenario",
-            Truth::Scenario(b"[robot]\n".iter().copied().collect()),
+            TruthMessage::Scenario(b"[robot]\n".iter().copied().collect()),
         ),
-        ("truth-seed", Truth::Seed(42)),
+        ("truth-seed", TruthMessage::Seed(42)),
     ]
     .map(|(name, truth)| (name, Message::Truth(truth)));
     let limit = Message::Input(Input::Limit {
         particles_per_sensor: 750,
     });
     let host_since_2 = [("calibrate", Message::Calibrate), ("limit", limit)];
-    let truth_since_2 = Truth::Faults {
+    let truth_since_2 = TruthMessage::Faults {
         seed: 7,
         text: b"s3=off@5s".iter().copied().collect(),
     };
@@ -391,7 +391,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
             "answer-refused",
             Message::Answer {
                 input: 300,
-                refused: Some(Fault::StampBackward),
+                refused: Some(InputError::StampBackward),
             },
         ),
         ("status", Message::Status(example_status())),
@@ -418,7 +418,7 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
             "answer-not-the-source",
             Message::Answer {
                 input: 5,
-                refused: Some(Fault::NotTheSource),
+                refused: Some(InputError::NotTheSource),
             },
         ),
         (
@@ -641,7 +641,7 @@ fn full_detail_at_eight_hertz_needs_what_the_document_says() {
 
 #[test]
 fn every_fault_of_the_document_has_its_code_and_words() {
-    for (code, fault) in Fault::ALL.into_iter().enumerate() {
+    for (code, fault) in InputError::ALL.into_iter().enumerate() {
         assert_stated([format!("| {code} | `{fault:?}` | {fault} |")]);
         let answer = Message::Answer {
             input: 0,
@@ -945,7 +945,7 @@ fn longest_messages() -> Vec<Message> {
         steps: u32::MAX,
         inputs: u32::MAX,
         refused: u32::MAX,
-        last_fault: Some(Fault::NotTheSource),
+        last_fault: Some(InputError::NotTheSource),
         without: 0xff,
         obstacle: Some(Obstacle {
             range_m: 0.3,
@@ -1008,7 +1008,7 @@ fn longest_messages() -> Vec<Message> {
         })),
         Message::Answer {
             input: u16::MAX,
-            refused: Some(Fault::NotTheSource),
+            refused: Some(InputError::NotTheSource),
         },
         Message::Status(Status { node, board }),
         Message::Event(Event::OdometryReset { stamp_us }),
@@ -1042,10 +1042,10 @@ fn longest_messages() -> Vec<Message> {
         }),
     ];
     let truths = [
-        Truth::Pose { stamp_us, pose },
-        Truth::Scenario([0xff; SCENARIO_CHUNK].into_iter().collect()),
-        Truth::Seed(u64::MAX),
-        Truth::Faults {
+        TruthMessage::Pose { stamp_us, pose },
+        TruthMessage::Scenario([0xff; SCENARIO_CHUNK].into_iter().collect()),
+        TruthMessage::Seed(u64::MAX),
+        TruthMessage::Faults {
             seed: u64::MAX,
             text: [0xff; FAULTS_CHUNK].into_iter().collect(),
         },
@@ -1219,8 +1219,8 @@ fn any_message_to_a_board() -> impl Strategy<Value = Message> {
     ]
 }
 
-fn any_fault() -> impl Strategy<Value = Option<Fault>> {
-    prop::option::of(prop::sample::select(&Fault::ALL[..]))
+fn any_fault() -> impl Strategy<Value = Option<InputError>> {
+    prop::option::of(prop::sample::select(&InputError::ALL[..]))
 }
 
 fn any_particles() -> impl Strategy<Value = Particles> {
@@ -1419,15 +1419,16 @@ fn any_message_of_a_board() -> impl Strategy<Value = Message> {
 
 fn any_message() -> impl Strategy<Value = Message> {
     let truth = prop_oneof![
-        (any::<u64>(), any_pose()).prop_map(|(stamp_us, pose)| Truth::Pose { stamp_us, pose }),
+        (any::<u64>(), any_pose())
+            .prop_map(|(stamp_us, pose)| TruthMessage::Pose { stamp_us, pose }),
         prop::collection::vec(any::<u8>(), 0..=SCENARIO_CHUNK)
-            .prop_map(|bytes| Truth::Scenario(bytes.into_iter().collect())),
-        any::<u64>().prop_map(Truth::Seed),
+            .prop_map(|bytes| TruthMessage::Scenario(bytes.into_iter().collect())),
+        any::<u64>().prop_map(TruthMessage::Seed),
         (
             any::<u64>(),
             prop::collection::vec(any::<u8>(), 0..=FAULTS_CHUNK)
         )
-            .prop_map(|(seed, bytes)| Truth::Faults {
+            .prop_map(|(seed, bytes)| TruthMessage::Faults {
                 seed,
                 text: bytes.into_iter().collect(),
             }),

@@ -38,13 +38,13 @@ use crate::transactions::{Transaction, deselect, read_control, select};
 pub struct Change {
     address: Address,
     to: Option<Channel>,
-    stage: Stage,
+    stage: ChangeStage,
 }
 
 /// What comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-enum Stage {
+enum ChangeStage {
     Deselect,
     ReadDeselected,
     CheckDeselected,
@@ -59,8 +59,8 @@ impl Change {
     #[must_use]
     pub const fn new(address: Address, from: Selection, to: Option<Channel>) -> Self {
         let stage = match (from, to) {
-            (Selection::Unknown, _) | (_, None) => Stage::Deselect,
-            (_, Some(channel)) => Stage::Select(channel),
+            (Selection::Unknown, _) | (_, None) => ChangeStage::Deselect,
+            (_, Some(channel)) => ChangeStage::Select(channel),
         };
         Self { address, to, stage }
     }
@@ -74,23 +74,29 @@ impl Change {
     /// # Errors
     /// [`Error::WrongSelection`].
     pub fn next<E>(&mut self, answer: &[u8]) -> Result<Option<Transaction>, Error<E>> {
-        if self.stage == Stage::CheckDeselected {
+        if self.stage == ChangeStage::CheckDeselected {
             check(Selection::None, answer)?;
-            self.stage = self.to.map_or(Stage::Done, Stage::Select);
+            self.stage = self.to.map_or(ChangeStage::Done, ChangeStage::Select);
         }
         let (transaction, stage) = match self.stage {
-            Stage::Deselect => (deselect(self.address), Stage::ReadDeselected),
-            Stage::ReadDeselected => (read_control(self.address), Stage::CheckDeselected),
-            Stage::Select(channel) => (select(self.address, channel), Stage::ReadSelected(channel)),
-            Stage::ReadSelected(channel) => {
-                (read_control(self.address), Stage::CheckSelected(channel))
+            ChangeStage::Deselect => (deselect(self.address), ChangeStage::ReadDeselected),
+            ChangeStage::ReadDeselected => {
+                (read_control(self.address), ChangeStage::CheckDeselected)
             }
-            Stage::CheckSelected(channel) => {
+            ChangeStage::Select(channel) => (
+                select(self.address, channel),
+                ChangeStage::ReadSelected(channel),
+            ),
+            ChangeStage::ReadSelected(channel) => (
+                read_control(self.address),
+                ChangeStage::CheckSelected(channel),
+            ),
+            ChangeStage::CheckSelected(channel) => {
                 check(Selection::Channel(channel), answer)?;
-                self.stage = Stage::Done;
+                self.stage = ChangeStage::Done;
                 return Ok(None);
             }
-            Stage::CheckDeselected | Stage::Done => return Ok(None),
+            ChangeStage::CheckDeselected | ChangeStage::Done => return Ok(None),
         };
         self.stage = stage;
         Ok(Some(transaction))

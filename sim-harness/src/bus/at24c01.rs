@@ -11,10 +11,10 @@ pub const WRITE_CYCLE_NS: u64 = 5_000_000;
 
 /// What the master is doing with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Talk {
+enum MemoryTransfer {
     /// Nothing.
     #[default]
-    Silent,
+    Idle,
     /// The next byte is a word address.
     Address,
     /// The next byte is for the page.
@@ -31,7 +31,7 @@ pub struct At24c01Model {
     /// The page being loaded: what is written at the stop.
     loaded: [Option<u8>; PAGE_BYTES],
     pointer: usize,
-    talk: Talk,
+    transfer: MemoryTransfer,
     busy_until_ns: u64,
 }
 
@@ -44,7 +44,7 @@ impl At24c01Model {
             bytes: [0xff; MEMORY_BYTES],
             loaded: [None; PAGE_BYTES],
             pointer: 0,
-            talk: Talk::Silent,
+            transfer: MemoryTransfer::Idle,
             busy_until_ns: 0,
         }
     }
@@ -71,22 +71,22 @@ impl Device for At24c01Model {
         // A repeated start ends a write without a stop: nothing is kept.
         self.loaded = [None; PAGE_BYTES];
         let answers = address == self.address && now_ns >= self.busy_until_ns;
-        self.talk = match (answers, read) {
-            (false, _) => Talk::Silent,
-            (true, false) => Talk::Address,
-            (true, true) => Talk::Read,
+        self.transfer = match (answers, read) {
+            (false, _) => MemoryTransfer::Idle,
+            (true, false) => MemoryTransfer::Address,
+            (true, true) => MemoryTransfer::Read,
         };
         answers
     }
 
     fn write(&mut self, byte: u8, _now_ns: u64) -> bool {
-        match self.talk {
-            Talk::Silent | Talk::Read => return false,
-            Talk::Address => {
+        match self.transfer {
+            MemoryTransfer::Idle | MemoryTransfer::Read => return false,
+            MemoryTransfer::Address => {
                 self.pointer = usize::from(byte) % MEMORY_BYTES;
-                self.talk = Talk::Load;
+                self.transfer = MemoryTransfer::Load;
             }
-            Talk::Load => {
+            MemoryTransfer::Load => {
                 let within = self.pointer % PAGE_BYTES;
                 self.loaded[within] = Some(byte);
                 self.pointer = self.page() + (within + 1) % PAGE_BYTES;
@@ -96,7 +96,7 @@ impl Device for At24c01Model {
     }
 
     fn read(&mut self, _now_ns: u64) -> u8 {
-        if self.talk != Talk::Read {
+        if self.transfer != MemoryTransfer::Read {
             return 0xff;
         }
         let byte = self.bytes[self.pointer];
@@ -105,7 +105,7 @@ impl Device for At24c01Model {
     }
 
     fn stop(&mut self, now_ns: u64) {
-        self.talk = Talk::Silent;
+        self.transfer = MemoryTransfer::Idle;
         let page = self.page();
         for (offset, loaded) in self.loaded.iter_mut().enumerate() {
             if let Some(byte) = loaded.take() {

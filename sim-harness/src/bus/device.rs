@@ -1,6 +1,6 @@
 //! What a bus asks of the parts on it.
 
-use super::Fault;
+use super::InjectedBusFault;
 
 /// A part, or several wired together, as the bus sees it: byte by byte.
 ///
@@ -28,7 +28,7 @@ pub trait Device {
     }
 
     /// A fault strikes; whether it made a difference, which another part's does not.
-    fn inject(&mut self, _fault: Fault, _now_ns: u64) -> bool {
+    fn inject(&mut self, _fault: InjectedBusFault, _now_ns: u64) -> bool {
         false
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Device, Fault, Script, Transcript, Word};
+use super::{Device, InjectedBusFault, Script, Transcript, Word};
 
 /// Nine clocks at 400 kHz.
 const BYTE_NS: u64 = 22_500;
@@ -32,7 +32,7 @@ impl fmt::Display for LineFault {
 
 /// How far the master is with a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum TransferPhase {
     Idle,
     /// The next byte is an address.
     Address,
@@ -61,7 +61,7 @@ pub struct FakeBus<P> {
     struck: bool,
     refused: bool,
     lost: bool,
-    phase: Phase,
+    phase: TransferPhase,
     /// Clocks until SDA is let go.
     sda_clocks: u32,
     scl_until_ns: u64,
@@ -81,7 +81,7 @@ impl<P: Device> FakeBus<P> {
             struck: false,
             refused: false,
             lost: false,
-            phase: Phase::Idle,
+            phase: TransferPhase::Idle,
             sda_clocks: 0,
             scl_until_ns: 0,
         }
@@ -154,7 +154,7 @@ impl<P: Device> FakeBus<P> {
     /// Whether both lines are high and no transfer is under way.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.phase == Phase::Idle && !self.sda_is_low() && !self.scl_is_low()
+        self.phase == TransferPhase::Idle && !self.sda_is_low() && !self.scl_is_low()
     }
 
     /// A start, or a repeated one.
@@ -163,7 +163,7 @@ impl<P: Device> FakeBus<P> {
     /// [`LineFault::SclLow`] or [`LineFault::SdaLow`] while a line is held.
     pub fn start(&mut self) -> Result<(), LineFault> {
         self.lines_are_high()?;
-        self.phase = Phase::Address;
+        self.phase = TransferPhase::Address;
         Ok(())
     }
 
@@ -189,16 +189,20 @@ impl<P: Device> FakeBus<P> {
         }
         let (address, read) = (byte >> 1, byte & 1 != 0);
         let taken = match self.phase {
-            Phase::Address => {
+            TransferPhase::Address => {
                 let sought = if refused { NOBODY } else { address };
                 self.parts.start(sought, read, begun_ns)
             }
-            Phase::Write if !refused => self.parts.write(byte, begun_ns),
-            Phase::Write | Phase::Read | Phase::Idle => false,
+            TransferPhase::Write if !refused => self.parts.write(byte, begun_ns),
+            TransferPhase::Write | TransferPhase::Read | TransferPhase::Idle => false,
         };
         let acknowledged = taken || held_to_the_end;
-        if self.phase == Phase::Address {
-            self.phase = if read { Phase::Read } else { Phase::Write };
+        if self.phase == TransferPhase::Address {
+            self.phase = if read {
+                TransferPhase::Read
+            } else {
+                TransferPhase::Write
+            };
             self.note(Word::Address {
                 address,
                 read,
@@ -219,8 +223,8 @@ impl<P: Device> FakeBus<P> {
         // Here the master acknowledges, and nobody can refuse that.
         self.refused = false;
         let byte = match self.phase {
-            Phase::Read => self.parts.read(begun_ns),
-            Phase::Idle | Phase::Address | Phase::Write => 0xff,
+            TransferPhase::Read => self.parts.read(begun_ns),
+            TransferPhase::Idle | TransferPhase::Address | TransferPhase::Write => 0xff,
         };
         let byte = byte & 0xff_u8.checked_shr(self.sda_clocks).unwrap_or(0);
         self.sda_clocks = self.sda_clocks.saturating_sub(9);
@@ -238,7 +242,7 @@ impl<P: Device> FakeBus<P> {
     pub fn stop(&mut self) -> Result<(), LineFault> {
         self.lines_are_high()?;
         self.parts.stop(self.now_ns);
-        self.phase = Phase::Idle;
+        self.phase = TransferPhase::Idle;
         self.note(Word::Stop);
         Ok(())
     }
@@ -253,7 +257,7 @@ impl<P: Device> FakeBus<P> {
 
     /// The master leaves the bus in the middle of what it does.
     pub fn abandon(&mut self) {
-        self.phase = Phase::Idle;
+        self.phase = TransferPhase::Idle;
     }
 
     fn lines_are_high(&mut self) -> Result<(), LineFault> {
@@ -290,27 +294,29 @@ impl<P: Device> FakeBus<P> {
         Ok(begun_ns)
     }
 
-    fn inject(&mut self, fault: Fault) {
+    fn inject(&mut self, fault: InjectedBusFault) {
         let struck = match fault {
             // Counted where they tell.
-            Fault::NoAcknowledge => {
+            InjectedBusFault::NoAcknowledge => {
                 self.refused = true;
                 false
             }
-            Fault::ArbitrationLost => {
+            InjectedBusFault::ArbitrationLost => {
                 self.lost = true;
                 false
             }
-            Fault::SdaLow { clocks } => {
+            InjectedBusFault::SdaLow { clocks } => {
                 self.sda_clocks = self.sda_clocks.max(clocks);
                 clocks > 0
             }
-            Fault::SclLow { for_ns } => {
+            InjectedBusFault::SclLow { for_ns } => {
                 let until_ns = self.now_ns.saturating_add(for_ns);
                 self.scl_until_ns = self.scl_until_ns.max(until_ns);
                 for_ns > 0
             }
-            Fault::Mux(_) | Fault::Sensor { .. } => self.parts.inject(fault, self.now_ns),
+            InjectedBusFault::Mux(_) | InjectedBusFault::Sensor { .. } => {
+                self.parts.inject(fault, self.now_ns)
+            }
         };
         if struck {
             self.script.count_hit();
@@ -319,7 +325,7 @@ impl<P: Device> FakeBus<P> {
 
     fn leave(&mut self) -> LineFault {
         self.refused = false;
-        self.phase = Phase::Idle;
+        self.phase = TransferPhase::Idle;
         self.note(Word::Failed(LineFault::ArbitrationLost));
         LineFault::ArbitrationLost
     }
@@ -336,7 +342,7 @@ impl<P: Device> FakeBus<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::{At24c01Model, SensorFault, Vcnl4020Model};
+    use crate::bus::{At24c01Model, Vcnl4020Fault, Vcnl4020Model};
 
     /// A memory of 0xa5, its word address at 0.
     fn memory() -> FakeBus<At24c01Model> {
@@ -382,7 +388,7 @@ mod tests {
     fn a_fault_strikes_the_byte_that_it_is_for() {
         for at in 0..4 {
             let mut bus = memory();
-            bus.script.at_byte(at, Fault::NoAcknowledge);
+            bus.script.at_byte(at, InjectedBusFault::NoAcknowledge);
             let bytes = [0xa0, 0x00, 0x11, 0x22];
             bus.start().unwrap();
             let taken = bytes.map(|byte| bus.send(byte).unwrap());
@@ -398,7 +404,7 @@ mod tests {
     #[test]
     fn a_byte_that_is_read_cannot_be_refused() {
         let mut bus = memory();
-        bus.script.at_byte(1, Fault::NoAcknowledge);
+        bus.script.at_byte(1, InjectedBusFault::NoAcknowledge);
         assert_eq!(address(&mut bus, 0xa1), Ok(true));
         assert_eq!(bus.receive(false), Ok(0xa5));
         bus.stop().unwrap();
@@ -409,7 +415,7 @@ mod tests {
     #[test]
     fn who_loses_arbitration_has_left_and_may_come_again() {
         let mut bus = memory();
-        bus.script.at_byte(1, Fault::ArbitrationLost);
+        bus.script.at_byte(1, InjectedBusFault::ArbitrationLost);
         assert_eq!(address(&mut bus, 0xa0), Ok(true));
         assert!(!bus.is_idle());
         assert_eq!(bus.send(0x10), Err(LineFault::ArbitrationLost));
@@ -424,7 +430,7 @@ mod tests {
         // A byte that is read loses its leading ones.
         for (clocks, byte) in [(0, 0xa5), (1, 0x25), (3, 0x05), (8, 0x00), (9, 0x00)] {
             let mut bus = memory();
-            bus.script.at_byte(1, Fault::SdaLow { clocks });
+            bus.script.at_byte(1, InjectedBusFault::SdaLow { clocks });
             assert_eq!(address(&mut bus, 0xa1), Ok(true));
             assert_eq!(bus.receive(false), Ok(byte), "{clocks} clocks");
             assert_eq!(bus.stop(), Ok(()));
@@ -432,7 +438,7 @@ mod tests {
         // 0x10 has its first 1 at the fourth clock.
         let written = |clocks| {
             let mut bus = memory();
-            bus.script.at_byte(1, Fault::SdaLow { clocks });
+            bus.script.at_byte(1, InjectedBusFault::SdaLow { clocks });
             assert_eq!(address(&mut bus, 0xa0), Ok(true));
             (bus.send(0x10), bus.sda_is_low())
         };
@@ -444,7 +450,8 @@ mod tests {
     #[test]
     fn a_held_data_line_prevents_start_and_stop_until_its_clocks_are_counted() {
         let mut bus = memory();
-        bus.script.at_byte(1, Fault::SdaLow { clocks: 12 });
+        bus.script
+            .at_byte(1, InjectedBusFault::SdaLow { clocks: 12 });
         assert_eq!(address(&mut bus, 0xa1), Ok(true));
         assert_eq!(bus.receive(false), Ok(0));
         for _ in 0..3 {
@@ -461,7 +468,8 @@ mod tests {
     #[test]
     fn a_held_clock_line_delays_a_byte_and_loses_none() {
         let mut bus = memory();
-        bus.script.at_byte(1, Fault::SclLow { for_ns: 50_000 });
+        bus.script
+            .at_byte(1, InjectedBusFault::SclLow { for_ns: 50_000 });
         assert_eq!(address(&mut bus, 0xa1), Ok(true));
         assert_eq!(bus.receive(false), Err(LineFault::SclLow));
         assert_eq!(bus.stop(), Err(LineFault::SclLow));
@@ -478,7 +486,8 @@ mod tests {
     #[test]
     fn a_clock_line_held_for_ever_is_never_let_go() {
         let mut bus = memory();
-        bus.script.from_time(0, Fault::SclLow { for_ns: u64::MAX });
+        bus.script
+            .from_time(0, InjectedBusFault::SclLow { for_ns: u64::MAX });
         assert_eq!(address(&mut bus, 0xa1), Err(LineFault::SclLow));
         bus.advance(u64::MAX / 2);
         assert_eq!(bus.send(0xa1), Err(LineFault::SclLow));
@@ -489,9 +498,9 @@ mod tests {
     fn a_measurement_can_be_put_between_the_halves_of_a_result() {
         for (at, expected) in [(4, [2, 0]), (5, [1, 0]), (6, [1, 0xff])] {
             let mut bus = FakeBus::new(Vcnl4020Model::default());
-            let fault = Fault::Sensor {
+            let fault = InjectedBusFault::Sensor {
                 channel: 0,
-                fault: SensorFault::Measures,
+                fault: Vcnl4020Fault::Measures,
             };
             bus.parts_mut().queue_signals([0x01ff, 0x0200]);
             bus.start().unwrap();

@@ -2,7 +2,7 @@
 
 /// A fault of the wires or of a part on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum InjectedBusFault {
     /// An address or written byte finds no acknowledgement, and no part takes it.
     ///
     /// Nothing on a byte that is read: there the master acknowledges.
@@ -27,7 +27,7 @@ pub enum Fault {
         /// The channel, 0 to 3. A sensor alone on a bus takes any for its own.
         channel: u8,
         /// What happens.
-        fault: SensorFault,
+        fault: Vcnl4020Fault,
     },
 }
 
@@ -46,7 +46,7 @@ pub enum MuxFault {
 
 /// What can happen to a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorFault {
+pub enum Vcnl4020Fault {
     /// Its supply fails for a moment: all registers as after power-up.
     Reset,
     /// Its plug is pulled: it answers nothing.

@@ -186,7 +186,7 @@ impl<P: Device> FakeBus<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::{At24c01Model, Fault};
+    use crate::bus::{At24c01Model, InjectedBusFault};
 
     const BYTES: [u8; 4] = [1, 2, 3, 4];
 
@@ -239,7 +239,7 @@ mod tests {
 
     /// The error of a read of two bytes from 0 with a fault at a byte, the bus after it,
     /// and whether the next read succeeds.
-    fn with(at: u64, fault: Fault) -> (Option<ErrorKind>, FakeBus<At24c01Model>) {
+    fn with(at: u64, fault: InjectedBusFault) -> (Option<ErrorKind>, FakeBus<At24c01Model>) {
         let mut bus = bus();
         bus.script.at_byte(at, fault);
         let mut read = [0; 2];
@@ -256,7 +256,7 @@ mod tests {
             (2, Some(ErrorKind::NoAcknowledge(Address))),
             (3, None),
         ] {
-            let (kind, bus) = with(at, Fault::NoAcknowledge);
+            let (kind, bus) = with(at, InjectedBusFault::NoAcknowledge);
             assert_eq!(kind, expected, "at {at}: {}", said(&bus));
             assert!(bus.is_idle());
         }
@@ -265,7 +265,7 @@ mod tests {
     #[test]
     fn arbitration_can_be_lost_at_every_byte() {
         for at in 0..5 {
-            let (kind, bus) = with(at, Fault::ArbitrationLost);
+            let (kind, bus) = with(at, InjectedBusFault::ArbitrationLost);
             assert_eq!(kind, Some(ErrorKind::ArbitrationLoss), "at {at}");
             assert_eq!(bus.bytes(), at + 1);
             assert!(bus.is_idle(), "at {at}: {}", said(&bus));
@@ -276,7 +276,7 @@ mod tests {
     fn a_held_data_line_is_freed_by_nine_clocks_if_at_all() {
         // From the last byte on, which takes nine of them.
         for (clocks, frees) in [(10, true), (18, true), (19, false)] {
-            let (kind, mut bus) = with(4, Fault::SdaLow { clocks });
+            let (kind, mut bus) = with(4, InjectedBusFault::SdaLow { clocks });
             assert_eq!(kind, Some(ErrorKind::Bus), "{clocks}: {}", said(&bus));
             assert_eq!(bus.is_idle(), frees, "{clocks}: {}", said(&bus));
             let next = bus.write(0x50, &[]);
@@ -289,7 +289,7 @@ mod tests {
     fn a_held_clock_line_is_waited_for_a_millisecond() {
         let (kind, bus) = with(
             3,
-            Fault::SclLow {
+            InjectedBusFault::SclLow {
                 for_ns: PATIENCE_NS,
             },
         );
@@ -297,7 +297,7 @@ mod tests {
         assert_eq!(bus.now_ns(), 5 * 22_500 + PATIENCE_NS);
         let (kind, mut bus) = with(
             3,
-            Fault::SclLow {
+            InjectedBusFault::SclLow {
                 for_ns: PATIENCE_NS + 1,
             },
         );

@@ -22,7 +22,7 @@ mod vcnl4020;
 pub use at24c01::{At24c01Model, MEMORY_BYTES, PAGE_BYTES, WRITE_CYCLE_NS};
 pub use device::Device;
 pub use fake_bus::{FakeBus, LineFault};
-pub use fault::{Fault, MuxFault, SensorFault};
+pub use fault::{InjectedBusFault, MuxFault, Vcnl4020Fault};
 pub use master::FakeBusError;
 pub use pca9544a::Pca9544aModel;
 pub use robot::{RobotBuses, RobotParts, on_sensor};

@@ -1,6 +1,6 @@
 //! PCA9544A: one of four buses, or none, continued.
 
-use super::{Device, Fault, MuxFault};
+use super::{Device, InjectedBusFault, MuxFault};
 
 /// Bit of the control byte without which no channel is connected.
 const ENABLE: u8 = 0x04;
@@ -131,22 +131,22 @@ impl<D: Device> Device for Pca9544aModel<D> {
         self.behind.iter().any(Device::interrupts)
     }
 
-    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
+    fn inject(&mut self, fault: InjectedBusFault, now_ns: u64) -> bool {
         match fault {
-            Fault::Mux(MuxFault::WriteLost) => {
+            InjectedBusFault::Mux(MuxFault::WriteLost) => {
                 self.deaf = self.addressed == Some(false);
                 self.deaf
             }
-            Fault::Mux(MuxFault::Deaf) => {
+            InjectedBusFault::Mux(MuxFault::Deaf) => {
                 self.deaf_at_ns = Some(now_ns);
                 true
             }
-            Fault::Mux(MuxFault::Reset) => {
+            InjectedBusFault::Mux(MuxFault::Reset) => {
                 self.addressed = None;
                 self.switch(0)
             }
-            Fault::Mux(MuxFault::Jump(channel)) => self.switch(ENABLE | channel & 0x03),
-            Fault::Sensor { channel, .. } => self
+            InjectedBusFault::Mux(MuxFault::Jump(channel)) => self.switch(ENABLE | channel & 0x03),
+            InjectedBusFault::Sensor { channel, .. } => self
                 .behind
                 .get_mut(usize::from(channel))
                 .is_some_and(|part| part.inject(fault, now_ns)),
@@ -247,7 +247,8 @@ mod tests {
     #[test]
     fn faults_count_only_where_they_change_something() {
         let mut mux = mux();
-        let strike = |mux: &mut Pca9544aModel<Tag>, fault| mux.inject(Fault::Mux(fault), 0);
+        let strike =
+            |mux: &mut Pca9544aModel<Tag>, fault| mux.inject(InjectedBusFault::Mux(fault), 0);
         assert!(!strike(&mut mux, MuxFault::Reset), "nothing to forget");
         assert!(!strike(&mut mux, MuxFault::WriteLost), "not spoken to");
         select(&mut mux, 0x04);

@@ -6,7 +6,9 @@ use amiro_ipf::board::i2c::muxed_bus::MUX_ADDRESS;
 use amiro_ipf::model::SENSORS;
 use amiro_ipf::random::{Generator, uniform_below};
 
-use super::{At24c01Model, Device, FakeBus, Fault, Pca9544aModel, SensorFault, Vcnl4020Model};
+use super::{
+    At24c01Model, Device, FakeBus, InjectedBusFault, Pca9544aModel, Vcnl4020Fault, Vcnl4020Model,
+};
 
 /// Between two measurements at 125 a second.
 const PERIOD_NS: u32 = 8_000_000;
@@ -16,9 +18,9 @@ const PERIOD_NS: u32 = 8_000_000;
 /// # Panics
 /// For a sensor beyond 7.
 #[must_use]
-pub const fn on_sensor(sensor: usize, fault: SensorFault) -> Fault {
+pub const fn on_sensor(sensor: usize, fault: Vcnl4020Fault) -> InjectedBusFault {
     let channel = AMIRO_CONNECTIONS[sensor].channel.number();
-    Fault::Sensor { channel, fault }
+    InjectedBusFault::Sensor { channel, fault }
 }
 
 /// What is on one of the buses. The gauges, power and touch sensors that the robot has
@@ -79,7 +81,7 @@ impl Device for RobotParts {
         self.mux.interrupts()
     }
 
-    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
+    fn inject(&mut self, fault: InjectedBusFault, now_ns: u64) -> bool {
         self.mux.inject(fault, now_ns)
     }
 }

@@ -4,7 +4,7 @@ use std::ops::{Range, RangeInclusive};
 
 use amiro_ipf::random::{Generator, uniform, uniform_below};
 
-use super::Fault;
+use super::InjectedBusFault;
 
 /// When a fault strikes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,13 +56,13 @@ impl Outages {
 #[derive(Clone, Copy, Debug)]
 struct PlannedFault {
     when: When,
-    fault: Fault,
+    fault: InjectedBusFault,
 }
 
 /// Faults at random distances.
 #[derive(Clone, Debug)]
 pub struct Random {
-    kinds: Vec<Fault>,
+    kinds: Vec<InjectedBusFault>,
     distances: RangeInclusive<u32>,
     /// The byte that is struck next; unknown until there is a first one.
     next: Option<u64>,
@@ -75,7 +75,7 @@ impl Random {
     ///
     /// A least distance longer than an exchange keeps two faults out of the same one.
     #[must_use]
-    pub fn new(kinds: Vec<Fault>, distances: RangeInclusive<u32>, seed: u64) -> Self {
+    pub fn new(kinds: Vec<InjectedBusFault>, distances: RangeInclusive<u32>, seed: u64) -> Self {
         Self {
             kinds,
             distances,
@@ -90,7 +90,7 @@ impl Random {
         u64::from(least + uniform_below(&mut self.generator, most - least + 1))
     }
 
-    fn strikes(&mut self, byte: u64) -> Option<Fault> {
+    fn strikes(&mut self, byte: u64) -> Option<InjectedBusFault> {
         let next = self.next.unwrap_or_else(|| byte + self.distance() - 1);
         self.next = Some(next);
         if byte < next {
@@ -118,22 +118,28 @@ pub struct Script {
 
 impl Script {
     /// A fault before the byte with the given number.
-    pub fn at_byte(&mut self, byte: u64, fault: Fault) {
+    pub fn at_byte(&mut self, byte: u64, fault: InjectedBusFault) {
         self.add(When::Byte(byte), fault);
     }
 
     /// A fault before the first byte from the given time on.
-    pub fn from_time(&mut self, from_ns: u64, fault: Fault) {
+    pub fn from_time(&mut self, from_ns: u64, fault: InjectedBusFault) {
         self.add(When::From(from_ns), fault);
     }
 
     /// A fault before every byte that begins at `from_ns` or later and before `to_ns`.
-    pub fn between(&mut self, from_ns: u64, to_ns: u64, fault: Fault) {
+    pub fn between(&mut self, from_ns: u64, to_ns: u64, fault: InjectedBusFault) {
         self.add(When::Between(from_ns, to_ns), fault);
     }
 
     /// A fault before every byte of such a time that begins in a slot that fails.
-    pub fn now_and_then(&mut self, from_ns: u64, to_ns: u64, outages: Outages, fault: Fault) {
+    pub fn now_and_then(
+        &mut self,
+        from_ns: u64,
+        to_ns: u64,
+        outages: Outages,
+        fault: InjectedBusFault,
+    ) {
         self.add(When::Now(from_ns, to_ns, outages), fault);
     }
 
@@ -160,7 +166,7 @@ impl Script {
         self.hits
     }
 
-    fn add(&mut self, when: When, fault: Fault) {
+    fn add(&mut self, when: When, fault: InjectedBusFault) {
         self.entries.push(PlannedFault { when, fault });
     }
 
@@ -169,7 +175,7 @@ impl Script {
     }
 
     /// The faults that strike before a byte; those that strike once are used up.
-    pub(super) fn strikes(&mut self, byte: u64, now_ns: u64) -> Vec<Fault> {
+    pub(super) fn strikes(&mut self, byte: u64, now_ns: u64) -> Vec<InjectedBusFault> {
         let mut faults = Vec::new();
         self.entries.retain(|entry| {
             let (strikes, stays) = match entry.when {
@@ -205,17 +211,18 @@ mod tests {
     use super::*;
     use crate::bus::MuxFault;
 
-    const LOST: Fault = Fault::ArbitrationLost;
-    const REFUSED: Fault = Fault::NoAcknowledge;
+    const LOST: InjectedBusFault = InjectedBusFault::ArbitrationLost;
+    const REFUSED: InjectedBusFault = InjectedBusFault::NoAcknowledge;
 
     #[test]
     fn faults_strike_at_their_byte_or_in_their_time() {
         let mut script = Script::default();
         script.at_byte(2, LOST);
         script.from_time(25, REFUSED);
-        script.between(10, 30, Fault::Mux(MuxFault::Reset));
-        let struck: Vec<Vec<Fault>> = (0..5).map(|byte| script.strikes(byte, byte * 10)).collect();
-        let reset = Fault::Mux(MuxFault::Reset);
+        script.between(10, 30, InjectedBusFault::Mux(MuxFault::Reset));
+        let struck: Vec<Vec<InjectedBusFault>> =
+            (0..5).map(|byte| script.strikes(byte, byte * 10)).collect();
+        let reset = InjectedBusFault::Mux(MuxFault::Reset);
         assert_eq!(
             struck,
             [
@@ -230,7 +237,7 @@ mod tests {
 
     #[test]
     fn random_faults_come_as_often_as_asked_and_again_for_the_same_seed() {
-        let faults = |seed| -> Vec<(u64, Fault)> {
+        let faults = |seed| -> Vec<(u64, InjectedBusFault)> {
             let mut script = Script::default();
             script.at_random(Some(Random::new(vec![LOST, REFUSED], 1..=19, seed)));
             let at = |byte| {
@@ -245,7 +252,7 @@ mod tests {
             let struck = faults(seed);
             assert_eq!(struck, faults(seed));
             assert_ne!(struck, faults(seed + 3));
-            let near = |(a, b): (&(u64, Fault), &(u64, Fault))| b.0 - a.0;
+            let near = |(a, b): (&(u64, InjectedBusFault), &(u64, InjectedBusFault))| b.0 - a.0;
             let distances: Vec<u64> = struck.iter().zip(&struck[1..]).map(near).collect();
             assert!(distances.iter().all(|distance| (1..=19).contains(distance)));
             // Distances of 1 to 19: sigma 5.5, so 4 sigma of 10 000 of them are 220 faults'

@@ -3,7 +3,7 @@
 use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
-use super::{Measurement, Parameter};
+use super::{CalibrationPoint, Parameter};
 
 /// Standard deviation of rounding to whole counts: 1 / sqrt(12).
 const ROUNDING_COUNTS: f64 = 0.288_675;
@@ -37,7 +37,7 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     pub(super) estimates: Vec<Estimate>,
-    pub(super) rows: Vec<(Measurement, f64)>,
+    pub(super) rows: Vec<(CalibrationPoint, f64)>,
     /// Root of the weighted mean of squared residuals, counts.
     pub rms_counts: f64,
 }
@@ -66,7 +66,7 @@ impl Fit {
 
     /// The measurements, each with the counts that the fitted law expects.
     #[must_use]
-    pub fn rows(&self) -> &[(Measurement, f64)] {
+    pub fn rows(&self) -> &[(CalibrationPoint, f64)] {
         &self.rows
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::start::start;
-use super::{Estimate, Fit, Fixed, Law, Measurement, Origin, Parameter, Table};
+use super::{CalibrationPoint, Estimate, Fit, Fixed, Law, Origin, Parameter, Table};
 
 /// Least distance of a column of derivatives from the span of those before it, as a share
 /// of its length; a nearer one is dependent.
@@ -92,7 +92,7 @@ enum Attempt<'t> {
     Open(Parameter, String),
 }
 
-fn must_differ_in_range(rows: &[Measurement]) -> Result<(), FitError> {
+fn must_differ_in_range(rows: &[CalibrationPoint]) -> Result<(), FitError> {
     let too_few = |rows| FitError::TooFewRows {
         rows,
         needed: 3,
@@ -100,7 +100,7 @@ fn must_differ_in_range(rows: &[Measurement]) -> Result<(), FitError> {
     };
     match rows {
         [first, others @ ..] if others.len() >= 2 => {
-            let differs = |row: &Measurement| (row.range_m - first.range_m).abs() > 1e-9;
+            let differs = |row: &CalibrationPoint| (row.range_m - first.range_m).abs() > 1e-9;
             if others.iter().any(differs) {
                 return Ok(());
             }
@@ -112,7 +112,7 @@ fn must_differ_in_range(rows: &[Measurement]) -> Result<(), FitError> {
 }
 
 fn attempt<'t>(
-    rows: &'t [Measurement],
+    rows: &'t [CalibrationPoint],
     fixed: &Fixed,
     free: &[Parameter],
 ) -> Result<Attempt<'t>, FitError> {
@@ -226,7 +226,7 @@ fn value(law: &Law<'_>, parameter: Parameter) -> f64 {
 
 fn answer(
     law: &Law<'_>,
-    rows: &[Measurement],
+    rows: &[CalibrationPoint],
     fixed: &Fixed,
     errors: &[(Parameter, f64)],
     held: &[(Parameter, String)],

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Measurement, Parameter};
+use super::{CalibrationPoint, Parameter};
 
 /// Least denominator of the law, share of x^2. A trial beyond the law's end then has a
 /// large finite residual and is refused.
@@ -23,7 +23,7 @@ const MOST_STEPS: u32 = 1_000;
 /// core's single precision is for robots, not for derivatives.
 #[derive(Clone, Debug)]
 pub struct Law<'t> {
-    rows: &'t [Measurement],
+    rows: &'t [CalibrationPoint],
     free: Vec<Parameter>,
     /// By [`Parameter::OF_MEAN`].
     values: [f64; Parameter::OF_MEAN.len()],
@@ -33,7 +33,7 @@ impl<'t> Law<'t> {
     /// The law over the given rows with all parameters at given values, some of them free.
     #[must_use]
     pub fn new(
-        rows: &'t [Measurement],
+        rows: &'t [CalibrationPoint],
         free: Vec<Parameter>,
         values: [f64; Parameter::OF_MEAN.len()],
     ) -> Self {
@@ -48,13 +48,13 @@ impl<'t> Law<'t> {
 
     /// Counts that the law expects of a measurement.
     #[must_use]
-    pub fn counts(&self, row: &Measurement) -> f64 {
+    pub fn counts(&self, row: &CalibrationPoint) -> f64 {
         let [alpha, beta, ..] = self.values;
         beta + alpha * self.shape(row)
     }
 
     /// Counts above beta for a gain of 1, 1/m^2.
-    pub(super) fn shape(&self, row: &Measurement) -> f64 {
+    pub(super) fn shape(&self, row: &CalibrationPoint) -> f64 {
         let (c, denominator) = self.lobe(row);
         c / denominator
     }
@@ -68,7 +68,7 @@ impl<'t> Law<'t> {
         })
     }
 
-    fn lobe(&self, row: &Measurement) -> (f64, f64) {
+    fn lobe(&self, row: &CalibrationPoint) -> (f64, f64) {
         let [.., xi, delta] = self.values;
         let angle = (xi * row.angle_rad).abs();
         let c = if angle < core::f64::consts::FRAC_PI_2 {
@@ -82,7 +82,7 @@ impl<'t> Law<'t> {
     }
 
     /// Derivative of a row's expected counts by a parameter.
-    fn slope(&self, row: &Measurement, parameter: Parameter) -> f64 {
+    fn slope(&self, row: &CalibrationPoint, parameter: Parameter) -> f64 {
         let [alpha, _, xi, _] = self.values;
         let (c, denominator) = self.lobe(row);
         match parameter {
@@ -161,13 +161,13 @@ mod tests {
     use super::*;
     use amiro_ipf::model::Photometry;
 
-    fn rows() -> Vec<Measurement> {
+    fn rows() -> Vec<CalibrationPoint> {
         let ranges = [0.05, 0.08, 0.12, 0.2];
         let angles = [-0.9, 0.0, 0.5_f64];
         ranges
             .into_iter()
             .flat_map(|range_m| {
-                angles.map(|angle_rad| Measurement {
+                angles.map(|angle_rad| CalibrationPoint {
                     range_m,
                     angle_rad,
                     counts: 0.0,

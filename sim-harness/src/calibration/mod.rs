@@ -17,4 +17,4 @@ pub use fit::{FitError, fit};
 pub use fixed::{Fixed, FixedError};
 pub use law::Law;
 pub use parameter::Parameter;
-pub use table::{Measurement, Table, TableError, TableProblem};
+pub use table::{CalibrationPoint, Table, TableError, TableProblem};

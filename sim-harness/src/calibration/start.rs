@@ -2,12 +2,16 @@
 
 use amiro_ipf::model::Photometry;
 
-use super::{Fixed, Law, Measurement, Parameter};
+use super::{CalibrationPoint, Fixed, Law, Parameter};
 
 /// The best of a grid over xi and delta, with the alpha and beta of least squares.
 ///
 /// Without it a search from a poor xi ends in lobes that close before most rows.
-pub(super) fn start<'t>(rows: &'t [Measurement], fixed: &Fixed, free: &[Parameter]) -> Law<'t> {
+pub(super) fn start<'t>(
+    rows: &'t [CalibrationPoint],
+    fixed: &Fixed,
+    free: &[Parameter],
+) -> Law<'t> {
     let known = Parameter::OF_MEAN.map(|parameter| {
         let default = parameter.of(&Photometry::VCNL4020);
         fixed.value(parameter).unwrap_or(default)
@@ -46,7 +50,7 @@ pub(super) fn start<'t>(rows: &'t [Measurement], fixed: &Fixed, free: &[Paramete
 /// Alpha and beta of least squares for a given shape, where they are free.
 fn linear(
     shaped: &Law<'_>,
-    rows: &[Measurement],
+    rows: &[CalibrationPoint],
     (alpha, beta): (f64, f64),
     free_gain: Option<f64>,
     free_rest: Option<f64>,

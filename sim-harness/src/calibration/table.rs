@@ -26,7 +26,7 @@ const MAX_COUNTS: f64 = 65_535.0;
 
 /// One measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
+pub struct CalibrationPoint {
     /// Distance of the surface from the sensor, metres (x).
     pub range_m: f64,
     /// Bearing of the surface off the sensor's axis, radians (theta).
@@ -40,7 +40,7 @@ pub struct Measurement {
 /// Measurements that a law can be fitted to; each is finite and within range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    rows: Vec<Measurement>,
+    rows: Vec<CalibrationPoint>,
 }
 
 /// The reason for which a table is refused, and the line.
@@ -202,7 +202,7 @@ impl Table {
 
     /// The measurements, in the order of the text; at least one.
     #[must_use]
-    pub fn rows(&self) -> &[Measurement] {
+    pub fn rows(&self) -> &[CalibrationPoint] {
         &self.rows
     }
 }
@@ -261,7 +261,7 @@ impl Columns {
         row: &StringRecord,
         separator: u8,
         has_commas: bool,
-    ) -> Result<Measurement, TableProblem> {
+    ) -> Result<CalibrationPoint, TableProblem> {
         if row.len() != self.count {
             return Err(TableProblem::FieldCount {
                 found: row.len(),
@@ -301,7 +301,7 @@ impl Columns {
         let is_angle = |radians: f64| radians.abs() < core::f64::consts::FRAC_PI_2 + 1e-9;
         let is_count = |counts: f64| counts.abs() <= MAX_COUNTS;
         let is_weight = |weight| weight > 0.0 && weight <= 1e6;
-        Ok(Measurement {
+        Ok(CalibrationPoint {
             range_m: value(self.range, "a range above 0, to 2 m", &is_range)?,
             angle_rad: value(self.angle, "an angle up to 90 degrees", &is_angle)?,
             counts: value(self.counts, "counts of a 16-bit register", &is_count)?,

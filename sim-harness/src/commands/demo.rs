@@ -9,7 +9,7 @@ use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::mapping::{AllFreeMapper, Mapper};
 use sim_harness::report::{CellWindow, Picture, beside};
 use sim_harness::world::{Scenario, simulate};
-use sim_harness::{Survey, console, output, run};
+use sim_harness::{RunRecord, console, output, run};
 
 use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome, arguments, report};
@@ -85,12 +85,12 @@ impl Demo {
         &self,
         scenario: &Scenario,
         profile: Profile,
-    ) -> Result<(Survey, Scores), Box<dyn std::error::Error>> {
+    ) -> Result<(RunRecord, Scores), Box<dyn std::error::Error>> {
         let config = Config {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = Survey::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
+        let mut survey = RunRecord::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
             survey.take(event)
         })?;

@@ -11,9 +11,11 @@ use amiro_ipf::filter::Profile;
 use amiro_ipf::model::{Photometry, Sample};
 use amiro_ipf::node::{Config, Input};
 use clap::Args;
-use sim_harness::evaluation::{Claim, Claims, Comparison, Over, Trial, Verdict, json};
+use sim_harness::evaluation::{Claim, ClaimVerdict, Claims, MethodComparison, Over, Trial, json};
 use sim_harness::mapping::Method;
-use sim_harness::world::{Odometry, Options, Physics, STANDARD, Scenario, simulate_with, standard};
+use sim_harness::world::{
+    OdometryModel, Options, Physics, STANDARD, Scenario, simulate_with, standard,
+};
 use sim_harness::{RunError, check, console, output};
 
 use super::footprint::FootprintSwitch;
@@ -55,10 +57,10 @@ pub(super) struct Evaluate {
     /// patch (the sum of all, by Lambert's law).
     #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
-    /// Odometry: truth, wheel-errors, or amiro (as on its bus, compared with exact poses
+    /// OdometryModel: truth, wheel-errors, or amiro (as on its bus, compared with exact poses
     /// and with no prediction).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
-    odometry: Odometry,
+    odometry: OdometryModel,
     /// Gain of the law in filters and ISM, counts m^2.
     #[arg(long, value_name = "A", conflicts_with = "calibrate")]
     alpha: Option<f32>,
@@ -134,7 +136,7 @@ impl Evaluate {
         if judged.peek().is_none() {
             return Err("--check, but no claim is about these scenarios and methods".into());
         }
-        Ok(if judged.all(Verdict::holds) && is_odometry_good {
+        Ok(if judged.all(ClaimVerdict::holds) && is_odometry_good {
             Ending::Good
         } else {
             Ending::Failed
@@ -144,7 +146,8 @@ impl Evaluate {
     /// Whether a threshold is for the world that was asked for: ratios between methods
     /// are for every world, the others for the matched sensor and exact poses.
     fn applies(&self, threshold: &Claim) -> bool {
-        let is_reference = self.physics == Physics::Matched && self.odometry == Odometry::Truth;
+        let is_reference =
+            self.physics == Physics::Matched && self.odometry == OdometryModel::Truth;
         is_reference || matches!(threshold.over, Over::MeanShareOf(_))
     }
 
@@ -152,11 +155,11 @@ impl Evaluate {
     /// asked for; whether it costs little enough.
     fn judge_odometry(
         &self,
-        comparison: &Comparison,
+        comparison: &MethodComparison,
         trials: &[Trial],
         loss_at_most: f64,
     ) -> Result<bool, Box<dyn Error>> {
-        if self.odometry != Odometry::Amiro {
+        if self.odometry != OdometryModel::Amiro {
             return Ok(true);
         }
         let with = |odometry| {
@@ -164,8 +167,8 @@ impl Evaluate {
             other.options.odometry = odometry;
             other.run()
         };
-        let exact = with(Odometry::Truth)?;
-        let undated = with(Odometry::AmiroUndated)?;
+        let exact = with(OdometryModel::Truth)?;
+        let undated = with(OdometryModel::AmiroUndated)?;
         Ok(evaluate_report::odometry(
             comparison,
             [&exact, trials, &undated],
@@ -173,7 +176,7 @@ impl Evaluate {
         ))
     }
 
-    fn comparison(&self) -> Result<Comparison, Box<dyn Error>> {
+    fn comparison(&self) -> Result<MethodComparison, Box<dyn Error>> {
         let mut methods = Vec::new();
         for method in &self.methods {
             if !methods.contains(method) {
@@ -189,7 +192,7 @@ impl Evaluate {
         let scenarios = self.scenarios()?;
         arguments::check_drives(scenarios.len(), &self.seeds)?;
         self.check_configs(&scenarios, self.alpha)?;
-        Ok(Comparison {
+        Ok(MethodComparison {
             scenarios,
             methods,
             seeds: self.seeds.clone(),
@@ -254,7 +257,7 @@ fn gain_of_a_block(options: &Options) -> Result<f32, Box<dyn Error>> {
     let scenario = Scenario::parse(include_str!("calibration.toml"))?;
     let quiet = Options {
         noise_factor: 0.0,
-        odometry: Odometry::Truth,
+        odometry: OdometryModel::Truth,
         ..*options
     };
     let readings = simulate_with(&scenario, 0, &quiet).inputs;
@@ -285,7 +288,10 @@ fn scenario(wanted: &str) -> Result<Scenario, Box<dyn Error>> {
     Ok(scenario)
 }
 
-fn verdicts<'c>(claims: impl IntoIterator<Item = &'c Claim>, trials: &[Trial]) -> Vec<Verdict> {
+fn verdicts<'c>(
+    claims: impl IntoIterator<Item = &'c Claim>,
+    trials: &[Trial],
+) -> Vec<ClaimVerdict> {
     let claims = claims.into_iter();
     claims.filter_map(|claim| claim.judge(trials)).collect()
 }

@@ -2,12 +2,12 @@
 
 use sim_harness::console;
 use sim_harness::evaluation::{
-    Comparison, MeanStd, Metric, Number, SCORES_IN_WORDS, Trial, Trials, Verdict,
+    ClaimVerdict, MeanStd, MethodComparison, Metric, Number, SCORES_IN_WORDS, Trial, Trials,
 };
 use sim_harness::mapping::Method;
 
 /// The simulated world, where it differs from the filter's model.
-pub(super) fn world(comparison: &Comparison) {
+pub(super) fn world(comparison: &MethodComparison) {
     let options = &comparison.options;
     console::print(format_args!(
         "Simulated; physics {}, odometry {}.",
@@ -32,10 +32,14 @@ pub(super) fn world(comparison: &Comparison) {
 
 /// The overall error with exact poses, with the AMiRo's odometry, and with the same
 /// without prediction; whether the loss of the second is within its bound.
-pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3], loss_at_most: f64) -> bool {
+pub(super) fn odometry(
+    comparison: &MethodComparison,
+    trials: [&[Trial]; 3],
+    loss_at_most: f64,
+) -> bool {
     console::print("");
     console::print(
-        "Odometry of the AMiRo, OE % of exact poses / as on its bus / the same without \
+        "OdometryModel of the AMiRo, OE % of exact poses / as on its bus / the same without \
          prediction to the readings' time; plain OE % of the same three",
     );
     let mut all_hold = true;
@@ -72,7 +76,7 @@ pub(super) fn odometry(comparison: &Comparison, trials: [&[Trial]; 3], loss_at_m
 }
 
 /// One table per scenario, one line per method.
-pub(super) fn tables(comparison: &Comparison, trials: &[Trial]) {
+pub(super) fn tables(comparison: &MethodComparison, trials: &[Trial]) {
     for scenario in &comparison.scenarios {
         console::print(format_args!("{}: {}", scenario.name, scenario.about));
         console::print(format_args!(
@@ -145,7 +149,7 @@ fn line(method: Method, trials: &Trials) -> String {
 }
 
 /// The overall error of each filter against the inverse sensor model, drive by drive.
-pub(super) fn paired(comparison: &Comparison, trials: &[Trial]) {
+pub(super) fn paired(comparison: &MethodComparison, trials: &[Trial]) {
     console::print(
         "OE on the same readings, filter less ISM: percentage points +- standard error; plain OE \
          likewise",
@@ -190,7 +194,7 @@ fn paired_line(differences: &[Option<f64>]) -> String {
 }
 
 /// Verdicts under a heading with the number of failures.
-pub(super) fn verdicts(heading: &str, verdicts: &[Verdict]) {
+pub(super) fn verdicts(heading: &str, verdicts: &[ClaimVerdict]) {
     let failed = verdicts.iter().filter(|verdict| !verdict.holds()).count();
     console::print(format_args!(
         "{heading}: {} judged, {failed} failed",

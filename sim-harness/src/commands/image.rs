@@ -11,7 +11,7 @@ use super::{Ending, Outcome, arguments};
 
 /// Arguments of `image`.
 #[derive(Debug, Args)]
-pub(super) struct Image {
+pub(super) struct ImageCommand {
     /// Where the image is to lie in flash.
     #[arg(long, value_enum, default_value = "bare")]
     layout: LayoutName,
@@ -31,7 +31,7 @@ enum LayoutName {
     Amiro,
 }
 
-impl Image {
+impl ImageCommand {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         if let Some(out) = &self.out {

@@ -20,7 +20,7 @@ const FILES: [&str; 4] = ["map.png", "map.pgm", "map.yaml", "summary.json"];
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
-pub(super) struct Map {
+pub(super) struct MapCommand {
     /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`.
     drive: PathBuf,
     /// The robot: a rig file, as in `rigs/`.
@@ -63,7 +63,7 @@ struct Summary<'a> {
     cells_refused: u64,
 }
 
-impl Map {
+impl MapCommand {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         let rig = Rig::load(&self.rig)?;

@@ -36,11 +36,11 @@ use sim_harness::console;
 #[command(name = "ipf", bin_name = "cargo ipf", version, about, after_help = exit_code::EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: IpfCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum IpfCommand {
     /// Simulate the drive past a block, map it with both profiles, print the scores.
     Demo(demo::Demo),
     /// Draw the paper's figures from simulated drives, and a page that shows them.
@@ -48,11 +48,11 @@ enum Command {
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
     /// Map a recorded drive of any robot with sonars or a laser.
-    Map(map::Map),
+    Map(map::MapCommand),
     /// Record a robot that reads its own sensors and odometry.
-    Record(record::Record),
+    Record(record::RecordCommand),
     /// Have a robot measure its sensors' offsets, with nothing near it.
-    Offsets(offsets::Offsets),
+    Offsets(offsets::OffsetsCommand),
     /// Drive a simulated robot through a scenario and write the recording.
     Simulate(simulate::Simulate),
     /// Compare the filters with the inverse sensor model over scenarios and seeds.
@@ -60,7 +60,7 @@ enum Command {
     /// Fit the sensors' law to a table of range, angle and counts.
     Calibrate(calibrate::Calibrate),
     /// Build the flash image, check it and print its sizes.
-    Image(image::Image),
+    Image(image::ImageCommand),
 }
 
 /// How a command ended.
@@ -114,7 +114,7 @@ fn print_of_parser(error: &clap::Error) -> Ending {
     }
 }
 
-impl Command {
+impl IpfCommand {
     fn run(self) -> Outcome {
         match self {
             Self::Demo(demo) => demo.run(),

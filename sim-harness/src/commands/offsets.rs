@@ -10,7 +10,7 @@ use super::{Ending, Outcome, connect};
 
 /// Arguments of `offsets`.
 #[derive(Debug, Args)]
-pub(super) struct Offsets {
+pub(super) struct OffsetsCommand {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
@@ -25,7 +25,7 @@ pub(super) struct Offsets {
     image: Option<PathBuf>,
 }
 
-impl Offsets {
+impl OffsetsCommand {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         connect::check(&self.on, self.baud, self.image.as_deref(), &[])?;

@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::node::Fault;
+use amiro_ipf::node::InputError;
 use clap::Args;
 use sim_harness::console;
 use sim_harness::device::{LinkError, QemuOptions, RecordError, record};
@@ -17,7 +17,7 @@ use super::{Ending, Outcome, arguments, connect};
 
 /// Arguments of `record`.
 #[derive(Debug, Args)]
-pub(super) struct Record {
+pub(super) struct RecordCommand {
     /// Where the robot is: the name of a serial port, or `qemu`.
     #[arg(long, value_name = "PORT|qemu")]
     on: String,
@@ -40,7 +40,7 @@ pub(super) struct Record {
     seconds: Option<u32>,
 }
 
-impl Record {
+impl RecordCommand {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
         connect::check(&self.on, self.baud, None, &[])?;
@@ -73,7 +73,7 @@ impl Record {
         });
         console::print_text(board.tally());
         log.report();
-        if let Err(RecordError::Link(LinkError::Refused(Fault::SafeMode))) = recorded {
+        if let Err(RecordError::Link(LinkError::Refused(InputError::SafeMode))) = recorded {
             connect::print_unwell(&mut board);
         }
         let parts = parts.into_inner();

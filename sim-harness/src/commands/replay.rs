@@ -15,7 +15,7 @@ use sim_harness::faults::{Faults, NotOnInputs};
 use sim_harness::log::{Overview, StoredRecording};
 use sim_harness::mapping::{CountingMapper, FootprintMapper, MAX_CELLS};
 use sim_harness::world::{Scenario, ScenarioError};
-use sim_harness::{Survey, TICK_PERIOD_US, Ticked, console, output, pipeline};
+use sim_harness::{RunRecord, TICK_PERIOD_US, Ticked, console, output, pipeline};
 
 use super::footprint::FootprintSwitch;
 use super::replay_on_board::on_board;
@@ -173,8 +173,8 @@ impl Replay {
     }
 
     /// An empty survey.
-    pub(super) fn survey(&self, plan: &Plan<'_>) -> Survey {
-        Survey::new(
+    pub(super) fn survey(&self, plan: &Plan<'_>) -> RunRecord {
+        RunRecord::new(
             plan.config,
             plan.cell_m,
             self.footprint.radius_m(plan.config),

@@ -7,7 +7,7 @@ use amiro_ipf::node::{Config, Event};
 use sim_harness::device::{Comparison, FaultInjector, HOST_NODE_BOOT_ID, LineRun, Verdict};
 use sim_harness::log::StoredRecording;
 use sim_harness::spool::{EventSpool, Spool};
-use sim_harness::{RunOutcome, Survey, console, run_streamed};
+use sim_harness::{RunOutcome, RunRecord, console, run_streamed};
 
 use super::replay::{Replay, progress};
 use super::standstill::StandstillCheck;
@@ -24,7 +24,7 @@ pub(super) struct Plan<'a> {
 /// Where the filter ran, and what came of it.
 pub(super) struct Replayed {
     pub(super) ran_on: &'static str,
-    pub(super) survey: Survey,
+    pub(super) survey: RunRecord,
     pub(super) events: KeptEvents,
     /// The bytes of what was answered.
     pub(super) answered: Spool,

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::io;
 
-use amiro_ipf::link::Truth as TruthMessage;
+use amiro_ipf::link::TruthMessage;
 use amiro_ipf::node::{Config, Input};
 use sim_harness::log::{Overview, RecordingWriter, StoredRecording};
 use sim_harness::output;

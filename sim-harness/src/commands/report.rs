@@ -6,12 +6,12 @@ use std::path::Path;
 use amiro_ipf::node::Config;
 use serde::Serialize;
 use sim_harness::device::Verdict;
-use sim_harness::evaluation::{ScoreRecord, Surroundings, WallReport};
+use sim_harness::evaluation::{MappedPath, ScoreRecord, WallReport};
 use sim_harness::geometry::Pose2;
 use sim_harness::output::{self, WriteError};
 use sim_harness::report::{CellWindow, MapPicture, MapServerPair, Picture, outlines};
 use sim_harness::world::Scenario;
-use sim_harness::{Figures, Survey};
+use sim_harness::{RunRecord, RunStatistics};
 
 /// `summary.json`: nothing in it depends on when or where it was made.
 #[derive(Debug, Serialize)]
@@ -25,7 +25,7 @@ pub(super) struct Summary {
     /// The configuration in force.
     pub(super) config: Config,
     /// The run in figures.
-    pub(super) figures: Figures,
+    pub(super) figures: RunStatistics,
     /// The map against the truth, where the recording carries one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) scores: Option<ScoreRecord>,
@@ -46,9 +46,9 @@ pub(super) struct Walls {
 
 impl Walls {
     /// Looks beside the path of a survey.
-    pub(super) fn of(survey: &Survey) -> Self {
+    pub(super) fn of(survey: &RunRecord) -> Self {
         let (map, path) = (survey.map(), survey.path());
-        let surroundings = Surroundings {
+        let surroundings = MappedPath {
             map: &map,
             counted: &survey.counted_map(),
             path: &path,
@@ -84,7 +84,7 @@ impl Summary {
 
 /// The picture of a survey, with the outlines of a known world in red.
 pub(super) fn picture(
-    survey: &Survey,
+    survey: &RunRecord,
     title: &str,
     scenario: Option<&Scenario>,
     window: Option<CellWindow>,
@@ -115,7 +115,7 @@ pub(super) const FILES: [&str; 5] = [
 
 /// Writes `map.png`, `map.pgm` and `map.yaml`.
 pub(super) fn save_map(
-    survey: &Survey,
+    survey: &RunRecord,
     picture: &Picture,
     folder: &Path,
 ) -> Result<(), WriteError> {

@@ -11,7 +11,7 @@ use amiro_ipf::model::SENSORS;
 use clap::Args;
 use sim_harness::faults::Faults;
 use sim_harness::robot::SimulatedDrive;
-use sim_harness::world::{Drift, Odometry, Options, OptionsError, Physics, Scenario};
+use sim_harness::world::{Drift, OdometryModel, Options, OptionsError, Physics, Scenario};
 use sim_harness::{console, output};
 
 use super::health_text::{counters, counters_in_words};
@@ -76,11 +76,11 @@ struct Differences {
     /// Dependence of the world's gain on the signal, m^2; default: the model's.
     #[arg(long, value_name = "M2", allow_hyphen_values = true)]
     delta: Option<f64>,
-    /// Odometry: truth, wheel-errors (1 %, 2 degrees per root metre),
+    /// OdometryModel: truth, wheel-errors (1 %, 2 degrees per root metre),
     /// wheel-errors:PERCENT:DEGREES, amiro (as on its bus), or amiro-undated (as amiro,
     /// each pose taken for current).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
-    odometry: Odometry,
+    odometry: OdometryModel,
 }
 
 impl Differences {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use amiro_ipf::geometry::Point;
 use amiro_ipf::node::{Config, Input, StepRule};
-use sim_harness::Survey;
+use sim_harness::RunRecord;
 
 /// An odometry that does not move, under a rule that steps by way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ impl StandstillCheck {
 
     /// Whether a run that steps by way did not get beyond its first step because its poses
     /// stay within a step of the first; `None` if not, or for less than two poses.
-    pub(super) fn finish(&self, config: &Config, survey: &Survey) -> Option<Standstill> {
+    pub(super) fn finish(&self, config: &Config, survey: &RunRecord) -> Option<Standstill> {
         let StepRule::PerDistance { step_m } = config.step_rule else {
             return None;
         };
@@ -85,7 +85,7 @@ mod tests {
         let mut check = StandstillCheck::default();
         inputs.iter().for_each(|input| check.take(input));
         let config = Config::default();
-        check.finish(&config, &Survey::new(&config, 0.01, None))
+        check.finish(&config, &RunRecord::new(&config, 0.01, None))
     }
 
     #[test]

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use super::error::shown;
 use super::lines::Lines;
 use super::{Dataset, DatasetError, PoseSource, RefusedRow, RefusedRows};
-use crate::drive::{Record, Return, Scan};
+use crate::drive::{RangeScan, Record, Return};
 use crate::geometry::Pose2;
 use crate::rig::Rig;
 use crate::sensors::Sensor;
@@ -129,7 +129,7 @@ impl Row {
             world_from_body,
         });
         let mut scan = |mounts, returns| {
-            take(&Record::Scan(Scan {
+            take(&Record::Scan(RangeScan {
                 stamp_us,
                 world_from_body,
                 mounts,

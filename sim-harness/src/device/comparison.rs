@@ -5,7 +5,7 @@ use std::hash::Hasher;
 
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::link::{Boot, MessageRef};
-use amiro_ipf::node::{Event, Fault, Particles, StepBegun, StepDone};
+use amiro_ipf::node::{Event, InputError, Particles, StepBegun, StepDone};
 
 use super::expected::{ExpectedRun, ExpectedStep};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
@@ -31,7 +31,7 @@ pub struct Comparison {
     lost_batches: u64,
     compared: u64,
     differs: Option<Difference>,
-    refusals: Vec<(usize, Fault)>,
+    refusals: Vec<(usize, InputError)>,
     differs_in_answers: Option<String>,
     answers: AnswerAudit,
 }
@@ -238,12 +238,12 @@ impl Comparison {
     }
 
     /// Takes why the host's node refused inputs, by the inputs' numbers, in order.
-    pub fn expect_refusals(&mut self, refusals: &[(usize, Fault)]) {
+    pub fn expect_refusals(&mut self, refusals: &[(usize, InputError)]) {
         self.refusals.extend_from_slice(refusals);
     }
 
     /// Takes the board's answer to an input.
-    pub fn meet_answer(&mut self, input: usize, refused: Option<Fault>) {
+    pub fn meet_answer(&mut self, input: usize, refused: Option<InputError>) {
         let expected = self
             .refusals
             .binary_search_by_key(&input, |(input, _)| *input)
@@ -251,7 +251,7 @@ impl Comparison {
             .and_then(|place| self.refusals.get(place))
             .map(|(_, fault)| *fault);
         if expected != refused && self.differs_in_answers.is_none() {
-            let words = |fault: Option<Fault>| {
+            let words = |fault: Option<InputError>| {
                 fault.map_or("taken".to_owned(), |fault| format!("refused ({fault})"))
             };
             self.differs_in_answers = Some(format!(

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use amiro_ipf::link::WIRE_VERSION;
-use amiro_ipf::node::Fault;
+use amiro_ipf::node::InputError;
 
 use super::board::{ANSWER_DEADLINE, BOOT_DEADLINE};
 
@@ -37,7 +37,7 @@ pub enum LinkError {
     /// It said nothing within the deadline.
     Silent,
     /// It refused what it was told to begin with.
-    Refused(Fault),
+    Refused(InputError),
     /// It was reset again and again while it was greeted.
     KeepsResetting {
         /// How often.

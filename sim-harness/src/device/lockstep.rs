@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use amiro_ipf::link::{Message, MessageRef};
-use amiro_ipf::node::{Event, Fault, Input};
+use amiro_ipf::node::{Event, Input, InputError};
 
 use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
@@ -45,7 +45,7 @@ pub fn drive<M>(
     board: &mut Board,
     inputs: &[M],
     on_message: impl FnMut(&Message),
-    on_answer: impl FnMut(usize, Option<Fault>),
+    on_answer: impl FnMut(usize, Option<InputError>),
 ) -> Result<AnswerAudit, LinkError>
 where
     M: Clone,
@@ -63,7 +63,7 @@ pub fn drive_streamed<M>(
     board: &mut Board,
     inputs: impl IntoIterator<Item = M>,
     mut on_message: impl FnMut(&Message),
-    mut on_answer: impl FnMut(usize, Option<Fault>),
+    mut on_answer: impl FnMut(usize, Option<InputError>),
     mut raw: Option<&mut Spool>,
 ) -> Result<AnswerAudit, LinkError>
 where

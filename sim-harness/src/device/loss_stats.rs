@@ -118,7 +118,7 @@ pub struct LossStats {
     came: u64,
     dropped: u64,
     /// Where the board's counts stood at its last status, or at its boot.
-    last: Option<Mark>,
+    last: Option<SenderCounts>,
     repeated: u64,
     broken: u64,
     contradicted: u64,
@@ -128,7 +128,7 @@ pub struct LossStats {
 
 /// What a board has counted in front of the frame with this number.
 #[derive(Clone, Copy, Debug, Default)]
-struct Mark {
+struct SenderCounts {
     sent: u32,
     dropped: u32,
     number: u64,
@@ -147,7 +147,7 @@ impl LossStats {
     pub fn since_boot(boot_id: u8) -> Self {
         Self {
             boot_id: Some(boot_id),
-            last: Some(Mark::default()),
+            last: Some(SenderCounts::default()),
             ..Self::default()
         }
     }
@@ -206,7 +206,7 @@ impl LossStats {
 
     /// Takes the board's counts of what it did before the frame that comes next.
     fn settle(&mut self, board: &BoardStatus) {
-        let mut mark = Mark {
+        let mut mark = SenderCounts {
             sent: board.sent_frames,
             dropped: board.dropped_frames,
             number: self.next,

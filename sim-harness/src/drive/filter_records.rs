@@ -5,7 +5,7 @@ use amiro_ipf::geometry::{Point, Pose, Rotation};
 use amiro_ipf::model::{Photometry, Reading, Sample};
 use amiro_ipf::node::{Event, Particles, StepBegun};
 
-use super::{PointOutcome, Record, Return, Scan};
+use super::{PointOutcome, RangeScan, Record, Return};
 use crate::geometry::{Pose2, Vector};
 
 /// Translates the events of a node, on a board or on the host, into records.
@@ -82,7 +82,7 @@ pub(crate) fn scan_records(
     samples: &[Sample],
 ) -> [Record; 2] {
     let world_from_body = Pose2::from(pose);
-    let scan = Scan {
+    let scan = RangeScan {
         stamp_us,
         world_from_body,
         mounts: 0..samples.len(),

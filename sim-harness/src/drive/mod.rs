@@ -7,4 +7,4 @@ mod record;
 pub use filter_records::FilterRecords;
 pub(crate) use filter_records::scan_records;
 pub use keyframes::Keyframes;
-pub use record::{PointOutcome, Record, Return, Scan};
+pub use record::{PointOutcome, RangeScan, Record, Return};

@@ -20,7 +20,7 @@ pub enum Record {
         stamp_us: u64,
     },
     /// What sensors returned at one instant.
-    Scan(Scan),
+    Scan(RangeScan),
     /// What an inverse particle filter found, on a board or on the host.
     Outcomes(Vec<PointOutcome>),
 }
@@ -40,7 +40,7 @@ impl Record {
 
 /// Returns of neighbouring mounts at one instant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scan {
+pub struct RangeScan {
     /// When, microseconds.
     pub stamp_us: u64,
     /// The robot's origin in the world at that time.

@@ -51,7 +51,7 @@ pub enum Relation {
 
 /// A claim and what was measured.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct ClaimVerdict {
     /// The claim.
     pub claim: Claim,
     /// The measured value; `None` where it is undefined, which never holds.
@@ -61,7 +61,7 @@ pub struct Verdict {
 impl Claim {
     /// The verdict by trials; `None` if they lack the scenario or a method.
     #[must_use]
-    pub fn judge(&self, trials: &[Trial]) -> Option<Verdict> {
+    pub fn judge(&self, trials: &[Trial]) -> Option<ClaimVerdict> {
         let of = |method| Trials::of(trials, &self.scenario, method);
         let (mine, metric) = (of(self.method)?, self.metric);
         let measured = match self.over {
@@ -77,14 +77,14 @@ impl Claim {
                 mine.mean(metric).zip(its).map(|(mine, its)| mine - its)
             }
         };
-        Some(Verdict {
+        Some(ClaimVerdict {
             claim: self.clone(),
             measured,
         })
     }
 }
 
-impl Verdict {
+impl ClaimVerdict {
     /// Whether the claim holds.
     #[must_use]
     pub fn holds(&self) -> bool {
@@ -110,7 +110,7 @@ impl fmt::Display for Claim {
     }
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for ClaimVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_share = matches!(self.claim.over, Over::MeanShareOf(_));
         let decimals = match self.claim.metric {
@@ -146,7 +146,7 @@ impl fmt::Display for Verdict {
 mod tests {
     use super::*;
 
-    fn verdict(measured: Option<f64>, relation: Relation) -> Verdict {
+    fn verdict(measured: Option<f64>, relation: Relation) -> ClaimVerdict {
         let claim = Claim {
             scenario: "msod".to_owned(),
             method: Method::PAPER,
@@ -155,7 +155,7 @@ mod tests {
             relation,
             bound: 0.035,
         };
-        Verdict { claim, measured }
+        ClaimVerdict { claim, measured }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::{RunError, RunOutcome, pipeline};
 
 /// What is to be compared on what.
 #[derive(Clone, Debug)]
-pub struct Comparison {
+pub struct MethodComparison {
     /// The worlds and drives.
     pub scenarios: Vec<Scenario>,
     /// The methods.
@@ -74,7 +74,7 @@ pub enum ComparisonError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-impl Comparison {
+impl MethodComparison {
     /// Drives, maps and judges everything; by scenario, then seed, then method, each
     /// in the order given.
     ///

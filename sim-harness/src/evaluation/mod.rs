@@ -1,6 +1,6 @@
 //! How good a map is: scores against a known world, and walls where the world is unknown.
 //!
-//! One map has [`Scores`], the maps of a drive have [`DriveScores`], a [`Comparison`]
+//! One map has [`Scores`], the maps of a drive have [`DriveScores`], a [`MethodComparison`]
 //! of methods over scenarios and seeds has [`Trial`]s; [`Claim`]s are held against these.
 
 mod claim;
@@ -25,9 +25,9 @@ mod trials;
 mod truth;
 mod walls;
 
-pub use claim::{Claim, Over, Relation, Verdict};
+pub use claim::{Claim, ClaimVerdict, Over, Relation};
 pub use claims::Claims;
-pub use comparison::{Comparison, ComparisonError, Trial};
+pub use comparison::{ComparisonError, MethodComparison, Trial};
 pub use drive_scores::{DriveJudge, DriveScores};
 pub use line::Line;
 pub use mapped::{Mapped, map};
@@ -35,10 +35,10 @@ pub use mean_std::MeanStd;
 pub use metric::Metric;
 pub use number::Number;
 pub use openings::OpeningScores;
-pub use record::{Record, ScoreRecord, json};
+pub use record::{ScoreRecord, TrialRecord, json};
 pub use scores::{SCORES_IN_WORDS, Scores};
 pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};
 pub use stamps::{StampRow, StampTrials};
 pub use trials::Trials;
 pub use truth::Truth;
-pub use walls::{Surroundings, WALL_COVERED_M, WallReport, WallSide};
+pub use walls::{MappedPath, WALL_COVERED_M, WallReport, WallSide};

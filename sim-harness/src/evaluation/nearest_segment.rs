@@ -18,7 +18,7 @@ pub(super) struct SegmentTree {
     /// By leaf.
     segments: Vec<Segment>,
     /// The root is the first; empty without a segment.
-    nodes: Vec<Node>,
+    nodes: Vec<TreeNode>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,7 @@ struct Segment {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct TreeNode {
     low: Vector,
     high: Vector,
     content: Content,
@@ -71,7 +71,7 @@ impl SegmentTree {
         let segments = self.segments.get_mut(start..end).unwrap_or_default();
         let (low, high) = bounds(segments);
         let node = self.nodes.len();
-        self.nodes.push(Node {
+        self.nodes.push(TreeNode {
             low,
             high,
             content: Content::Leaf(start, end),
@@ -102,7 +102,7 @@ impl SegmentTree {
     /// The same, and counts the segments that are looked at.
     fn nearest_of(&self, place: Vector, looked_at: &mut usize) -> Option<(usize, bool)> {
         let mut best: Option<(f64, Segment)> = None;
-        let mut rest: Vec<(f64, &Node)> = self
+        let mut rest: Vec<(f64, &TreeNode)> = self
             .nodes
             .first()
             .map(|root| (0.0, root))
@@ -156,7 +156,7 @@ impl Segment {
     }
 }
 
-impl Node {
+impl TreeNode {
     fn distance_m(&self, place: Vector) -> f64 {
         let beyond = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
         let x = beyond(self.low.x, self.high.x, place.x);

@@ -33,7 +33,7 @@ impl OpeningScores {
     /// Judges a passage in the map of a robot that stands at a place.
     #[must_use]
     pub fn of(map: &Map, passage: &Rectangle, robot: Vector) -> Self {
-        let surroundings = Surroundings { map, robot };
+        let surroundings = RobotInMap { map, robot };
         let half_m = 0.5 * map.cell_m() - ROUNDING_M;
         let corner = Vector::new(half_m, half_m);
         let is_inside = |cell: &Cell| {
@@ -68,12 +68,12 @@ fn neighbours(cell: Cell) -> [Cell; 4] {
 }
 
 /// A map with a robot in it.
-struct Surroundings<'m> {
+struct RobotInMap<'m> {
     map: &'m Map,
     robot: Vector,
 }
 
-impl Surroundings<'_> {
+impl RobotInMap<'_> {
     fn centre(&self, cell: Cell) -> Vector {
         let (x, y) = self.map.centre(cell);
         Vector::new(x, y)

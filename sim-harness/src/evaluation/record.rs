@@ -48,7 +48,7 @@ impl From<&DriveScores> for ScoreRecord {
 
 /// A trial as a file has it: its name and the scores in one flat object.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Record<'t> {
+pub struct TrialRecord<'t> {
     scenario: &'t str,
     method: &'static str,
     seed: u64,
@@ -56,7 +56,7 @@ pub struct Record<'t> {
     scores: ScoreRecord,
 }
 
-impl<'t> From<&'t Trial> for Record<'t> {
+impl<'t> From<&'t Trial> for TrialRecord<'t> {
     fn from(trial: &'t Trial) -> Self {
         Self {
             scenario: &trial.scenario,
@@ -67,14 +67,14 @@ impl<'t> From<&'t Trial> for Record<'t> {
     }
 }
 
-/// The trials as a JSON array, one [`Record`] a line, so that files compare by line.
+/// The trials as a JSON array, one [`TrialRecord`] a line, so that files compare by line.
 ///
 /// # Errors
 /// As `serde_json` has it for any value; a record gives it no reason.
 pub fn json(trials: &[Trial]) -> Result<String, serde_json::Error> {
     let records = trials
         .iter()
-        .map(|trial| serde_json::to_string(&Record::from(trial)));
+        .map(|trial| serde_json::to_string(&TrialRecord::from(trial)));
     let records: Vec<String> = records.collect::<Result<_, _>>()?;
     Ok(format!("[\n{}\n]\n", records.join(",\n")))
 }

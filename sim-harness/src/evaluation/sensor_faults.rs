@@ -113,7 +113,7 @@ impl SensorFaultRow {
 }
 
 /// Scores of one drive by trouble; the first is without.
-type DriveScores = [Scores; 1 + SensorBreak::ALL.len()];
+type BreakScores = [Scores; 1 + SensorBreak::ALL.len()];
 
 impl SensorFaultTrials {
     /// Drives and maps everything: by scenario, then profile, then trouble.
@@ -130,7 +130,7 @@ impl SensorFaultTrials {
                 .collect();
             let drives = drives?;
             for (place, profile) in PROFILES.into_iter().enumerate() {
-                let of_profile: Vec<DriveScores> =
+                let of_profile: Vec<BreakScores> =
                     drives.iter().map(|drive| drive[place]).collect();
                 let troubles = [None].into_iter().chain(SensorBreak::ALL.map(Some));
                 rows.extend(troubles.enumerate().map(|(column, trouble)| {
@@ -141,14 +141,14 @@ impl SensorFaultTrials {
         Ok(rows)
     }
 
-    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[DriveScores; 2], RunError> {
+    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[BreakScores; 2], RunError> {
         let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
         let component = Component::Sensor((seed % SENSORS as u64) as usize);
         let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
         let sound = driven(ActiveFaults::none());
         let broken = SensorBreak::ALL
             .map(|broken| driven(ActiveFaults::none().from(from_us, component, broken.kind())));
-        let of_profile = |profile| -> Result<DriveScores, RunError> {
+        let of_profile = |profile| -> Result<BreakScores, RunError> {
             let config = Config {
                 seed,
                 particles_per_sensor: self.particles_per_sensor,
@@ -177,7 +177,7 @@ fn row(
     trouble: Option<SensorBreak>,
     seeds: &[u64],
     column: usize,
-    drives: &[DriveScores],
+    drives: &[BreakScores],
 ) -> SensorFaultRow {
     let spread = |figure: fn(&Scores) -> Option<f64>| {
         let figures = drives.iter().map(|drive| figure(&drive[column]));

@@ -66,7 +66,7 @@ pub struct WallSide {
 
 /// A map and the path through it, where the path may jump.
 #[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
+pub struct MappedPath<'a> {
     /// The map in which walls are looked for.
     pub map: &'a Map,
     /// The map without the robot's footprint, which says where anything was sensed.
@@ -78,7 +78,7 @@ pub struct Surroundings<'a> {
     pub jumps: &'a [usize],
 }
 
-impl<'a> Surroundings<'a> {
+impl<'a> MappedPath<'a> {
     /// A map without a footprint, and a path without jumps.
     #[must_use]
     pub const fn new(map: &'a Map, path: &'a [(f64, f64)]) -> Self {
@@ -119,7 +119,7 @@ impl WallReport {
     /// Exhaustive over pairs of cells within a cap, so the same map gives the same
     /// report.
     #[must_use]
-    pub fn of(surroundings: &Surroundings<'_>) -> Self {
+    pub fn of(surroundings: &MappedPath<'_>) -> Self {
         let path = vectors(surroundings.path);
         let whole = 0..path.len().saturating_sub(1);
         let mut sides = Sides::of_legs(surroundings, &path, std::slice::from_ref(&whole));
@@ -134,7 +134,7 @@ impl WallReport {
     /// leg ends where the path would stray more than 50 mm from a straight line, and
     /// where it jumps.
     #[must_use]
-    pub fn by_leg(surroundings: &Surroundings<'_>) -> Vec<Self> {
+    pub fn by_leg(surroundings: &MappedPath<'_>) -> Vec<Self> {
         let path = vectors(surroundings.path);
         let legs = surroundings.legs(&path);
         let sides = Sides::of_legs(surroundings, &path, &legs);
@@ -154,11 +154,7 @@ struct Sides {
 
 impl Sides {
     /// Gives each occupied cell to the leg of its nearest segment.
-    fn of_legs(
-        surroundings: &Surroundings<'_>,
-        path: &[Vector],
-        legs: &[Range<usize>],
-    ) -> Vec<Self> {
+    fn of_legs(surroundings: &MappedPath<'_>, path: &[Vector], legs: &[Range<usize>]) -> Vec<Self> {
         let map = surroundings.map;
         let tree = SegmentTree::new(path, |segment| surroundings.is_driven(segment));
         let mut all = vec![Self::default(); legs.len()];
@@ -184,7 +180,7 @@ impl Sides {
 
     fn report(
         &self,
-        surroundings: &Surroundings<'_>,
+        surroundings: &MappedPath<'_>,
         path: &[Vector],
         leg: &Range<usize>,
     ) -> WallReport {
@@ -360,7 +356,7 @@ mod tests {
     }
 
     fn of(map: &Map, path: &[(f64, f64)]) -> WallReport {
-        WallReport::of(&Surroundings::new(map, path))
+        WallReport::of(&MappedPath::new(map, path))
     }
 
     #[test]
@@ -421,7 +417,7 @@ mod tests {
         let map = map(along_x.chain(along_y));
         let whole = of(&map, &path).right;
         assert!(whole.share.unwrap() < 0.7, "{whole}");
-        let legs = WallReport::by_leg(&Surroundings::new(&map, &path));
+        let legs = WallReport::by_leg(&MappedPath::new(&map, &path));
         assert_eq!(legs.len(), 2);
         for leg in legs {
             assert!(
@@ -456,9 +452,9 @@ mod tests {
         // The other side of the first piece was sensed and is free.
         let free = map.cell_at(0.1, -0.1).unwrap();
         *map.reach(free).unwrap() = Belief::of_probability(0.0);
-        let surroundings = Surroundings {
+        let surroundings = MappedPath {
             jumps: &[2],
-            ..Surroundings::new(&map, &path)
+            ..MappedPath::new(&map, &path)
         };
         let legs = WallReport::by_leg(&surroundings);
         assert_eq!(legs.len(), 2, "{legs:?}");
@@ -483,9 +479,9 @@ mod tests {
                     .unwrap() = Belief::of_probability(0.0);
             }
         }
-        let report = WallReport::of(&Surroundings {
+        let report = WallReport::of(&MappedPath {
             counted: &nothing,
-            ..Surroundings::new(&footprint, &path)
+            ..MappedPath::new(&footprint, &path)
         });
         assert!(!report.left.mapped && !report.right.mapped, "{report}");
     }

@@ -33,7 +33,7 @@ use amiro_ipf::node::Input;
 use super::amiro_header::{COLUMNS, check, fields};
 use super::plausibility::{Claimed, RowCheck};
 use super::rules::{Rules, Sender};
-use super::source::{Piece, Source};
+use super::source::{ByteSource, Piece};
 use super::{LogError, Place, Problem, Reason};
 use crate::escape::escaped;
 
@@ -50,7 +50,7 @@ const LEAST_ROW_US: u64 = 8_000;
 
 /// The integers of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Row {
+struct TextRow {
     counts: [u16; SENSORS],
     x_um: i64,
     y_um: i64,
@@ -76,7 +76,7 @@ impl Flaw {
 struct Used {
     line: u64,
     stamp_us: u64,
-    row: Row,
+    row: TextRow,
 }
 
 /// How far AMiRo's text has been read.
@@ -97,7 +97,7 @@ impl TextLines {
     /// none in its first MiB.
     pub(super) fn read_one<R: Read>(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut ByteSource<R>,
         rules: &mut Rules,
     ) -> Result<ControlFlow<()>, LogError> {
         let Some(piece) = source.read_piece(b'\n', MOST_LINE, &mut self.bytes)? else {
@@ -201,7 +201,7 @@ fn split_at_header(text: &str) -> (Option<&str>, bool) {
 }
 
 /// The row that a line's text is.
-fn parse(text: &str, is_ended: bool) -> Result<Row, Flaw> {
+fn parse(text: &str, is_ended: bool) -> Result<TextRow, Flaw> {
     let is_whole = is_ended || text.ends_with(['\t', '\r']);
     let mut numbers = [""; COLUMNS.len()];
     let mut found = 0;
@@ -230,7 +230,7 @@ fn parse(text: &str, is_ended: bool) -> Result<Row, Flaw> {
         let number = integer(column, text, 0, i64::from(u16::MAX))?;
         *count = u16::try_from(number).unwrap_or(FULL_REGISTER);
     }
-    Ok(Row {
+    Ok(TextRow {
         counts,
         x_um: integer("X", x, -MOST_COORDINATE, MOST_COORDINATE)?,
         y_um: integer("Y", y, -MOST_COORDINATE, MOST_COORDINATE)?,
@@ -261,7 +261,7 @@ fn integer(column: &str, text: &str, least: i64, most: i64) -> Result<i64, Flaw>
 }
 
 /// Makes a row's two inputs, unless it is the row before again.
-fn take(rules: &mut Rules, used: &mut Option<Used>, line: u64, row: Row) -> ControlFlow<()> {
+fn take(rules: &mut Rules, used: &mut Option<Used>, line: u64, row: TextRow) -> ControlFlow<()> {
     let place = Place::Line(line);
     let stamp_us = match used {
         Some(last) if last.row == row => {
@@ -285,7 +285,7 @@ fn take(rules: &mut Rules, used: &mut Option<Used>, line: u64, row: Row) -> Cont
     rules.take_input(place, Sender::Host, Input::Proximity { stamp_us, samples })
 }
 
-impl Row {
+impl TextRow {
     /// Time for the way from another row at 80 mm/s, which is 12.5 us a micrometre.
     ///
     /// In integers throughout: at most 1.4e9 um, squared and times 12.5^2 in 128 bits.
@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn eighty_millimetres_take_a_second_and_standing_eight_milliseconds() {
         let start = parse(ROW, true).unwrap();
-        let end = Row {
+        let end = TextRow {
             x_um: start.x_um + 48_000,
             y_um: start.y_um - 64_000,
             ..start
@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(end.microseconds_from(&start), 1_000_000);
         assert_eq!(start.microseconds_from(&end), 1_000_000);
         assert_eq!(start.microseconds_from(&start), 8_000);
-        let corner = |sign: i64| Row {
+        let corner = |sign: i64| TextRow {
             counts: [0; SENSORS],
             x_um: sign * MOST_COORDINATE,
             y_um: sign * MOST_COORDINATE,

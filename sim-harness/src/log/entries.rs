@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 
 use super::amiro_text::TextLines;
 use super::rules::{Entry, Rules};
-use super::source::Source;
+use super::source::ByteSource;
 use super::stream::Frames;
 use super::{Format, LogError, Problem, stream};
 
 /// Reads a source from front to end; memory does not depend on its length.
 #[derive(Debug)]
 pub(super) struct Entries<R> {
-    source: Source<R>,
+    source: ByteSource<R>,
     rules: Rules,
     pieces: EntryReader,
     is_at_end: bool,
@@ -32,7 +32,7 @@ impl<R: Read> Entries<R> {
     /// # Errors
     /// A source that cannot be read, is empty or in UTF-16.
     pub(super) fn new(name: &str, read: R, room: u64) -> Result<Self, LogError> {
-        let source = Source::new(name, read)?;
+        let source = ByteSource::new(name, read)?;
         let format = format_of(source.head()).map_err(|problem| source.error(None, problem))?;
         Ok(Self {
             source,

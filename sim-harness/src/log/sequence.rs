@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// How a frame's number follows its sender's last one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Continuity {
+pub(super) enum SequenceCheck {
     /// It is the next one, or the first of its sender.
     Next,
     /// So many are missing before it.
@@ -15,7 +15,7 @@ pub(super) enum Continuity {
     Earlier,
 }
 
-impl Continuity {
+impl SequenceCheck {
     /// The same for a frame that is known to be no repetition.
     pub(super) fn not_again(self) -> Self {
         match self {
@@ -36,17 +36,17 @@ pub(super) struct Sequences {
 
 impl Sequences {
     /// Takes the next frame: its boot id, its number, its bytes as they were written.
-    pub(super) fn follow(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> Continuity {
+    pub(super) fn follow(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> SequenceCheck {
         let Some((last, last_bytes)) = self.last.get_mut(&boot_id) else {
             self.last.insert(boot_id, (sequence, bytes.to_vec()));
-            return Continuity::Next;
+            return SequenceCheck::Next;
         };
         let continuity = match sequence.wrapping_sub(*last) {
-            0 if last_bytes == bytes => Continuity::Again,
-            1 => Continuity::Next,
+            0 if last_bytes == bytes => SequenceCheck::Again,
+            1 => SequenceCheck::Next,
             // The upper half of the circle, and the same number on another frame.
-            0 | 0x8000.. => Continuity::Earlier,
-            ahead => Continuity::Lost(ahead - 1),
+            0 | 0x8000.. => SequenceCheck::Earlier,
+            ahead => SequenceCheck::Lost(ahead - 1),
         };
         *last = sequence;
         last_bytes.clear();
@@ -63,20 +63,20 @@ mod tests {
     fn senders_are_numbered_apart() {
         let mut sequences = Sequences::default();
         let mut follow = |boot_id, sequence| sequences.follow(boot_id, sequence, &[boot_id]);
-        assert_eq!(follow(1, 65_534), Continuity::Next);
-        assert_eq!(follow(2, 7), Continuity::Next);
-        assert_eq!(follow(1, 65_535), Continuity::Next);
-        assert_eq!(follow(2, 10), Continuity::Lost(2));
-        assert_eq!(follow(1, 0), Continuity::Next);
-        assert_eq!(follow(1, 0), Continuity::Again);
-        assert_eq!(follow(2, 3), Continuity::Earlier);
-        assert_eq!(follow(2, 4), Continuity::Next);
+        assert_eq!(follow(1, 65_534), SequenceCheck::Next);
+        assert_eq!(follow(2, 7), SequenceCheck::Next);
+        assert_eq!(follow(1, 65_535), SequenceCheck::Next);
+        assert_eq!(follow(2, 10), SequenceCheck::Lost(2));
+        assert_eq!(follow(1, 0), SequenceCheck::Next);
+        assert_eq!(follow(1, 0), SequenceCheck::Again);
+        assert_eq!(follow(2, 3), SequenceCheck::Earlier);
+        assert_eq!(follow(2, 4), SequenceCheck::Next);
     }
 
     #[test]
     fn same_number_on_another_frame_is_a_new_start() {
         let mut sequences = Sequences::default();
-        assert_eq!(sequences.follow(1, 0, b"a"), Continuity::Next);
-        assert_eq!(sequences.follow(1, 0, b"b"), Continuity::Earlier);
+        assert_eq!(sequences.follow(1, 0, b"a"), SequenceCheck::Next);
+        assert_eq!(sequences.follow(1, 0, b"b"), SequenceCheck::Earlier);
     }
 }

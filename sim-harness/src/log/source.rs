@@ -11,7 +11,7 @@ const PATIENCE: u64 = 1 << 20;
 
 /// A source of bytes, read once from front to end.
 #[derive(Debug)]
-pub(super) struct Source<R> {
+pub(super) struct ByteSource<R> {
     name: String,
     head: Vec<u8>,
     reader: BufReader<Chain<Cursor<Vec<u8>>, R>>,
@@ -30,7 +30,7 @@ pub(super) struct Piece {
     pub(super) is_too_long: bool,
 }
 
-impl<R: Read> Source<R> {
+impl<R: Read> ByteSource<R> {
     /// A source with the name that errors call it by; reads its first 4 KiB.
     pub(super) fn new(name: &str, mut read: R) -> Result<Self, LogError> {
         let mut head = Vec::new();
@@ -143,7 +143,7 @@ mod tests {
             bytes,
             interrupted: false,
         };
-        let mut source = Source::new("dribble", dribble).unwrap();
+        let mut source = ByteSource::new("dribble", dribble).unwrap();
         let mut held = Vec::new();
         let mut pieces = Vec::new();
         while let Some(piece) = source.read_piece(b'\n', cap, &mut held).unwrap() {
@@ -175,12 +175,12 @@ mod tests {
     #[test]
     fn endless_source_is_given_up_after_a_mebibyte_unless_trusted() {
         let mut held = Vec::new();
-        let mut source = Source::new("endless", std::io::repeat(b'x')).unwrap();
+        let mut source = ByteSource::new("endless", std::io::repeat(b'x')).unwrap();
         let error = source.read_piece(b'\n', 10, &mut held).unwrap_err();
         assert!(matches!(error.problem(), Problem::Shapeless), "{error}");
         assert_eq!(held.len(), 10);
         let long = std::io::repeat(b'x').take(3 << 20);
-        let mut source = Source::new("long", long).unwrap();
+        let mut source = ByteSource::new("long", long).unwrap();
         source.trust();
         let piece = source.read_piece(b'\n', 10, &mut held).unwrap().unwrap();
         assert!(piece.is_too_long && !piece.is_ended);

@@ -294,7 +294,7 @@ impl<R: Read, W: Write> Read for Copying<R, W> {
 mod tests {
     use super::*;
     use crate::log::{RecordingWriter, read_from};
-    use amiro_ipf::link::{Encoder, Message, Truth};
+    use amiro_ipf::link::{Encoder, Message, TruthMessage};
     use amiro_ipf::node::{Config, Event};
 
     /// A recording of every kind of row, part of it of the run before: with the board's
@@ -305,7 +305,7 @@ mod tests {
         let pose = Pose::default();
         let mut bytes = Vec::new();
         let mut writer = RecordingWriter::new(&mut bytes).unwrap();
-        let truth = |stamp_us| Truth::Pose { stamp_us, pose };
+        let truth = |stamp_us| TruthMessage::Pose { stamp_us, pose };
         writer.write_truth(&truth(3)).unwrap();
         writer.write_input(&tick(1)).unwrap();
         writer.write_input(&Input::Configure(config)).unwrap();

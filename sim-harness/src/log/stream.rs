@@ -8,12 +8,12 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use amiro_ipf::link::{Frame, MAX_FRAME, Message, Truth};
+use amiro_ipf::link::{Frame, MAX_FRAME, Message, TruthMessage};
 use amiro_ipf::node::Input;
 
 use super::rules::{Rules, Sender};
-use super::sequence::{Continuity, Sequences};
-use super::source::Source;
+use super::sequence::{SequenceCheck, Sequences};
+use super::source::ByteSource;
 use super::{LogError, Place, Reason};
 
 /// Most bytes between two zero bytes of good frames.
@@ -28,7 +28,7 @@ const MOST_FAULTS: usize = 4 * 1024;
 
 /// The pieces of the scenario so far and where it began.
 #[derive(Debug, Default)]
-struct Scenario {
+struct ScenarioText {
     begins: Option<Place>,
     bytes: Vec<u8>,
     is_too_long: bool,
@@ -46,7 +46,7 @@ struct FaultTexts {
 /// What comes in pieces.
 #[derive(Debug, Default)]
 struct ChunkedTexts {
-    scenario: Scenario,
+    scenario: ScenarioText,
     faults: FaultTexts,
 }
 
@@ -77,7 +77,7 @@ impl Frames {
     /// A source that cannot be read, or that shows no frame in its first MiB.
     pub(super) fn read_one<R: Read>(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut ByteSource<R>,
         rules: &mut Rules,
     ) -> Result<ControlFlow<()>, LogError> {
         // One byte beyond the longest frame, so that its decoder sees that it is too long.
@@ -113,7 +113,7 @@ impl Frames {
         }
         std::mem::swap(&mut self.before, &mut self.encoded);
         report(rules, place, frame.sequence, continuity);
-        if continuity == Continuity::Again {
+        if continuity == SequenceCheck::Again {
             return ControlFlow::Continue(());
         }
         let sender = if frame.boot_id < BEYOND_BOARDS {
@@ -127,7 +127,7 @@ impl Frames {
                 rules.refuse(place, Reason::SecondRun, text);
                 return ControlFlow::Break(());
             }
-            if continuity == Continuity::Earlier {
+            if continuity == SequenceCheck::Earlier {
                 // A recording that ended before its configuration lies in front.
                 self.pieces = ChunkedTexts::default();
                 rules.forget_truth(place);
@@ -148,22 +148,24 @@ impl Frames {
 fn begins_a_recording(message: &Message) -> bool {
     matches!(
         message,
-        Message::Truth(Truth::Seed(_) | Truth::Scenario(_) | Truth::Faults { .. })
+        Message::Truth(
+            TruthMessage::Seed(_) | TruthMessage::Scenario(_) | TruthMessage::Faults { .. }
+        )
     )
 }
 
-fn report(rules: &mut Rules, place: Place, sequence: u16, continuity: Continuity) {
+fn report(rules: &mut Rules, place: Place, sequence: u16, continuity: SequenceCheck) {
     match continuity {
-        Continuity::Next => {}
-        Continuity::Lost(frames) => {
+        SequenceCheck::Next => {}
+        SequenceCheck::Lost(frames) => {
             let text = format_args!("{frames} frames lost");
             rules.refuse(place, Reason::Lost, text);
         }
-        Continuity::Again => {
+        SequenceCheck::Again => {
             let text = format_args!("repeats frame {sequence}");
             rules.refuse(place, Reason::Repeated, text);
         }
-        Continuity::Earlier => {
+        SequenceCheck::Earlier => {
             let text = format_args!("the sender starts over at frame {sequence}");
             rules.refuse(place, Reason::StartedOver, text);
         }
@@ -179,12 +181,14 @@ fn take(
     match message {
         Message::Input(input) => rules.take_input(place, sender, input)?,
         Message::Hello | Message::Calibrate => {}
-        Message::Truth(Truth::Pose { stamp_us, pose }) => {
+        Message::Truth(TruthMessage::Pose { stamp_us, pose }) => {
             rules.take_true_pose(place, stamp_us, pose)?;
         }
-        Message::Truth(Truth::Scenario(chunk)) => pieces.scenario.extend(place, &chunk),
-        Message::Truth(Truth::Faults { seed, text }) => pieces.faults.extend(place, seed, &text),
-        Message::Truth(Truth::Seed(seed)) => {
+        Message::Truth(TruthMessage::Scenario(chunk)) => pieces.scenario.extend(place, &chunk),
+        Message::Truth(TruthMessage::Faults { seed, text }) => {
+            pieces.faults.extend(place, seed, &text)
+        }
+        Message::Truth(TruthMessage::Seed(seed)) => {
             let kept = *rules.truth().seed.get_or_insert(seed);
             if kept != seed {
                 rules.refuse(place, Reason::Repeated, "a second seed");
@@ -195,7 +199,7 @@ fn take(
     ControlFlow::Continue(())
 }
 
-impl Scenario {
+impl ScenarioText {
     fn extend(&mut self, place: Place, chunk: &[u8]) {
         self.begins.get_or_insert(place);
         self.is_too_long |= self.bytes.len() + chunk.len() > MOST_SCENARIO;

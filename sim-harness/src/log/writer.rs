@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Error, Write};
 
-use amiro_ipf::link::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, Truth};
+use amiro_ipf::link::{Encoder, FAULTS_CHUNK, Message, SCENARIO_CHUNK, TruthMessage};
 use amiro_ipf::node::Input;
 
 /// Boot id of a recording host; a board draws its own.
@@ -44,7 +44,7 @@ impl<W: Write> RecordingWriter<W> {
     ///
     /// # Errors
     /// What `W` says.
-    pub fn write_truth(&mut self, truth: &Truth) -> Result<(), Error> {
+    pub fn write_truth(&mut self, truth: &TruthMessage) -> Result<(), Error> {
         self.write_message(&Message::Truth(truth.clone()))
     }
 
@@ -58,7 +58,7 @@ impl<W: Write> RecordingWriter<W> {
         for chunk in text.as_bytes().chunks(SCENARIO_CHUNK) {
             // A chunk is at most as long as its place: nothing is cut.
             let chunk = chunk.iter().copied().collect();
-            self.write_truth(&Truth::Scenario(chunk))?;
+            self.write_truth(&TruthMessage::Scenario(chunk))?;
         }
         Ok(())
     }
@@ -73,7 +73,7 @@ impl<W: Write> RecordingWriter<W> {
     pub fn write_faults(&mut self, text: &str, seed: u64) -> Result<(), Error> {
         for chunk in text.as_bytes().chunks(FAULTS_CHUNK) {
             let text = chunk.iter().copied().collect();
-            self.write_truth(&Truth::Faults { seed, text })?;
+            self.write_truth(&TruthMessage::Faults { seed, text })?;
         }
         Ok(())
     }

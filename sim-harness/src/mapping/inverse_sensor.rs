@@ -18,7 +18,7 @@
 //! has the variants that the comparison is made with.
 
 use super::{Belief, Calculus, Evidence, Grid, LogOdds, Map, Mapper};
-use crate::drive::{Record, Scan};
+use crate::drive::{RangeScan, Record};
 use crate::rig::Rig;
 use crate::sensors::{Region, View};
 
@@ -142,7 +142,7 @@ impl InverseSensorMapper {
     }
 
     /// Adds the returns of a scan. Mounts that the rig does not have are left out.
-    fn add(&mut self, scan: &Scan) {
+    fn add(&mut self, scan: &RangeScan) {
         let Self {
             rig,
             parameters,

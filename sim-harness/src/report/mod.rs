@@ -21,6 +21,6 @@ pub use cell_window::CellWindow;
 pub use fit_chart::fit_chart;
 pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH, outlines};
 pub use map_server::MapServerPair;
-pub use paper::{FigureError, PageSection, PageTable, Panel, PaperFigure, Row, page};
+pub use paper::{FigureError, PageSection, PageTable, Panel, PanelRow, PaperFigure, page};
 pub use picture::{Colour, Picture, beside};
 pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};

@@ -2,7 +2,7 @@
 
 use amiro_ipf::node::Config;
 
-use super::{Mount, Rig};
+use super::{Rig, SensorMount};
 use crate::geometry::{Pose2, Turn, Vector};
 use crate::sensors::{Infrared, Sensor};
 
@@ -13,7 +13,7 @@ impl From<&Config> for Rig {
         let sensor = Infrared::new(config.photometry);
         let mount = |index: usize| {
             let mount = config.ring.mount(index);
-            Mount {
+            SensorMount {
                 name: format!("infrared {index}"),
                 body_from_sensor: Pose2 {
                     position: Vector::from(mount.position),

@@ -9,7 +9,7 @@ use amiro_ipf::model::Photometry;
 use amiro_ipf::node::Config;
 use serde::Deserialize;
 
-use super::{Mount, Rig};
+use super::{Rig, SensorMount};
 use crate::escape::{lines_escaped, whole_escaped};
 use crate::geometry::Pose2;
 use crate::sensors::{Cone, Infrared, Scanner, Sensor};
@@ -64,7 +64,7 @@ pub enum RigError {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Keys {
+struct RigKeys {
     name: String,
     about: String,
     radius_m: f64,
@@ -143,7 +143,7 @@ impl Rig {
     pub fn parse(file: &str, text: &str) -> Result<Self, RigError> {
         let check = Check { file, mount: None };
         check.within("file", text.len() as f64, 0.0, MAX_BYTES as f64, "bytes")?;
-        let keys: Keys = toml::from_str(text).map_err(|source| RigError::Format {
+        let keys: RigKeys = toml::from_str(text).map_err(|source| RigError::Format {
             file: file.to_owned(),
             source: Box::new(source),
         })?;
@@ -170,7 +170,7 @@ impl Rig {
     }
 }
 
-fn mount(file: &str, keys: MountKeys) -> Result<Mount, RigError> {
+fn mount(file: &str, keys: MountKeys) -> Result<SensorMount, RigError> {
     Check { file, mount: None }.text("mount.name", &keys.name)?;
     let check = Check {
         file,
@@ -185,7 +185,7 @@ fn mount(file: &str, keys: MountKeys) -> Result<Mount, RigError> {
         SensorKeys::Cone(keys) => Sensor::Cone(cone(check, &keys)?),
         SensorKeys::Scanner(keys) => Sensor::Scanner(scanner(check, &keys)?),
     };
-    Ok(Mount {
+    Ok(SensorMount {
         name: keys.name,
         body_from_sensor: Pose2::new(x, y, keys.heading_deg.to_radians()),
         sensor,

@@ -24,12 +24,12 @@ pub struct Rig {
     /// Distance between the wheels, metres, where it is known.
     pub track_m: Option<f64>,
     /// The sensors; at least one.
-    pub mounts: Vec<Mount>,
+    pub mounts: Vec<SensorMount>,
 }
 
 /// One sensor on a robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mount {
+pub struct SensorMount {
     /// What the sensor is called, without control characters.
     pub name: String,
     /// Where it sits and looks; its axis is the sensor frame's x.

@@ -4,7 +4,7 @@ use amiro_ipf::board::offsets::{OffsetOrigin, Offsets, STORE_BYTES};
 use amiro_ipf::board::proximity_sensor::DEFAULT_OFFSET;
 use amiro_ipf::model::{SENSORS, SensorMask};
 
-use crate::bus::{RobotBuses, SensorFault, on_sensor};
+use crate::bus::{RobotBuses, Vcnl4020Fault, on_sensor};
 
 /// Raw counts of the robot's sensors with nothing in range; its memory holds them.
 ///
@@ -21,7 +21,7 @@ pub(super) fn buses(plugged: SensorMask) -> RobotBuses {
             OFFSETS.get(sensor).copied().unwrap_or(DEFAULT_OFFSET),
         );
         if !plugged.contains(sensor) {
-            let unplugged = on_sensor(sensor, SensorFault::Unplugged);
+            let unplugged = on_sensor(sensor, Vcnl4020Fault::Unplugged);
             buses.bus_of_mut(sensor).script.from_time(0, unplugged);
         }
     }

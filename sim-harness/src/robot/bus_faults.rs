@@ -4,7 +4,9 @@ use core::ops::{Range, RangeInclusive};
 
 use amiro_ipf::board::acquisition::{Bus, ROUND_US};
 
-use crate::bus::{Fault, MuxFault, Outages, Random, RobotBuses, Script, SensorFault, on_sensor};
+use crate::bus::{
+    InjectedBusFault, MuxFault, Outages, Random, RobotBuses, Script, Vcnl4020Fault, on_sensor,
+};
 use crate::faults::{ActiveFault, ActiveFaults, Component, Kind};
 
 /// A loose contact fails for a round or does not.
@@ -34,15 +36,15 @@ fn script(buses: &mut RobotBuses, fault: &ActiveFault, when_ns: Range<u64>, seed
     match (fault.component, fault.kind) {
         (Component::Sensor(sensor), Kind::Off) => {
             let script = &mut buses.bus_of_mut(sensor).script;
-            script.from_time(when_ns.start, on_sensor(sensor, SensorFault::Unplugged));
+            script.from_time(when_ns.start, on_sensor(sensor, Vcnl4020Fault::Unplugged));
             if when_ns.end < u64::MAX {
-                script.from_time(when_ns.end, on_sensor(sensor, SensorFault::PluggedIn));
+                script.from_time(when_ns.end, on_sensor(sensor, Vcnl4020Fault::PluggedIn));
             }
         }
         (Component::Sensor(sensor), Kind::Intermittent(share)) => {
             let outages = Outages::new(SLOT_NS, share, seed);
             let script = &mut buses.bus_of_mut(sensor).script;
-            let deaf = on_sensor(sensor, SensorFault::Deaf);
+            let deaf = on_sensor(sensor, Vcnl4020Fault::Deaf);
             script.now_and_then(when_ns.start, when_ns.end, outages, deaf);
         }
         (Component::Bus(bus), kind) => script_bus(script_of(buses, bus), when_ns, kind, seed),
@@ -61,25 +63,25 @@ fn script_of(buses: &mut RobotBuses, bus: Bus) -> &mut Script {
 fn script_bus(script: &mut Script, when_ns: Range<u64>, kind: Kind, seed: u64) {
     let Range { start, end } = when_ns;
     match kind {
-        Kind::Off => script.between(start, end, Fault::NoAcknowledge),
+        Kind::Off => script.between(start, end, InjectedBusFault::NoAcknowledge),
         Kind::Stuck => {
             let for_ns = match end {
                 u64::MAX => u64::MAX,
                 end => end - start,
             };
-            script.from_time(start, Fault::SclLow { for_ns });
+            script.from_time(start, InjectedBusFault::SclLow { for_ns });
         }
         Kind::Garbage => {
             let kinds = vec![
-                Fault::NoAcknowledge,
-                Fault::ArbitrationLost,
-                Fault::SdaLow { clocks: 4 },
+                InjectedBusFault::NoAcknowledge,
+                InjectedBusFault::ArbitrationLost,
+                InjectedBusFault::SdaLow { clocks: 4 },
             ];
             script.at_random_between(start, end, Random::new(kinds, DISTURBED, seed));
         }
         Kind::Intermittent(share) => {
             let outages = Outages::new(SLOT_NS, share, seed);
-            script.now_and_then(start, end, outages, Fault::NoAcknowledge);
+            script.now_and_then(start, end, outages, InjectedBusFault::NoAcknowledge);
         }
         _ => {}
     }
@@ -89,18 +91,18 @@ fn script_mux(script: &mut Script, when_ns: Range<u64>, kind: Kind, seed: u64) {
     let Range { start, end } = when_ns;
     match kind {
         Kind::Off => {
-            script.between(start, end, Fault::Mux(MuxFault::Reset));
-            script.between(start, end, Fault::Mux(MuxFault::Deaf));
+            script.between(start, end, InjectedBusFault::Mux(MuxFault::Reset));
+            script.between(start, end, InjectedBusFault::Mux(MuxFault::Deaf));
         }
-        Kind::Stuck => script.between(start, end, Fault::Mux(MuxFault::WriteLost)),
+        Kind::Stuck => script.between(start, end, InjectedBusFault::Mux(MuxFault::WriteLost)),
         Kind::Garbage => {
-            let kinds = (0..4).map(|channel| Fault::Mux(MuxFault::Jump(channel)));
+            let kinds = (0..4).map(|channel| InjectedBusFault::Mux(MuxFault::Jump(channel)));
             let random = Random::new(kinds.collect(), JUMPS, seed);
             script.at_random_between(start, end, random);
         }
         Kind::Intermittent(share) => {
             let outages = Outages::new(SLOT_NS, share, seed);
-            script.now_and_then(start, end, outages, Fault::Mux(MuxFault::Deaf));
+            script.now_and_then(start, end, outages, InjectedBusFault::Mux(MuxFault::Deaf));
         }
         _ => {}
     }

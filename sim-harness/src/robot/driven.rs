@@ -5,13 +5,13 @@ use amiro_ipf::board::health::Health;
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::node::Input;
 
-use super::{Report, Robot, Said};
+use super::{AcquisitionReport, ReportContent, Robot};
 
 /// A robot's whole drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotDrive {
     /// What the senses reported.
-    pub reports: Vec<Report>,
+    pub reports: Vec<AcquisitionReport>,
     /// Times of the samples, and where the robot really was.
     pub poses: Vec<(u64, Pose)>,
     /// How the parts were, eight times a second.
@@ -22,19 +22,19 @@ impl RobotDrive {
     /// The node's inputs.
     #[must_use]
     pub fn inputs(&self) -> Vec<Input> {
-        let inputs = self.reports.iter().map(|report| report.said.input());
+        let inputs = self.reports.iter().map(|report| report.content.input());
         inputs.flatten().collect()
     }
 
     /// The inputs of a node that knows when each frame's pose was reckoned.
     #[must_use]
     pub fn inputs_with_true_stamps(&self) -> Vec<Input> {
-        let inputs = self.reports.iter().map(|report| match report.said {
-            Said::Pose {
+        let inputs = self.reports.iter().map(|report| match report.content {
+            ReportContent::Pose {
                 input: Input::Odometry { pose, .. },
                 updated_us: stamp_us,
             } => Some(Input::Odometry { stamp_us, pose }),
-            said => said.input(),
+            content => content.input(),
         });
         inputs.flatten().collect()
     }
@@ -43,15 +43,15 @@ impl RobotDrive {
     /// mean.
     #[must_use]
     pub fn inputs_with_mean_age(&self) -> Vec<Input> {
-        let inputs = self.reports.iter().map(|report| match report.said {
-            Said::Pose {
+        let inputs = self.reports.iter().map(|report| match report.content {
+            ReportContent::Pose {
                 input: Input::Odometry { pose, .. },
                 ..
             } => Some(Input::Odometry {
                 stamp_us: report.at_us.saturating_sub(ODOMETRY_AGE_US),
                 pose,
             }),
-            said => said.input(),
+            content => content.input(),
         });
         inputs.flatten().collect()
     }
@@ -59,10 +59,13 @@ impl RobotDrive {
     /// The inputs of a node that knows where the robot is, to the bit.
     #[must_use]
     pub fn inputs_with_true_poses(&self) -> Vec<Input> {
-        let samples = self.reports.iter().filter_map(|report| match report.said {
-            Said::Samples(input) => Some(input),
-            _ => None,
-        });
+        let samples = self
+            .reports
+            .iter()
+            .filter_map(|report| match report.content {
+                ReportContent::Samples(input) => Some(input),
+                _ => None,
+            });
         let pairs = self.poses.iter().zip(samples);
         let both = pairs
             .flat_map(|(&(stamp_us, pose), samples)| [Input::Odometry { stamp_us, pose }, samples]);
@@ -79,13 +82,13 @@ pub fn drive(mut robot: Robot) -> RobotDrive {
         healths: Vec::new(),
     };
     while let Some(report) = robot.next() {
-        match report.said {
-            Said::Samples(_) => {
+        match report.content {
+            ReportContent::Samples(_) => {
                 let pose = robot.true_pose_at(report.at_us);
                 whole.poses.push((report.at_us, pose));
             }
-            Said::Health(health) => whole.healths.push((report.at_us, health)),
-            Said::Pose { .. } | Said::Offsets(_) => {}
+            ReportContent::Health(health) => whole.healths.push((report.at_us, health)),
+            ReportContent::Pose { .. } | ReportContent::Offsets(_) => {}
         }
         whole.reports.push(report);
     }

@@ -25,5 +25,5 @@ pub use bring_up::OFFSETS;
 pub use driven::{RobotDrive, drive};
 pub use scene::Scene;
 pub use sensor_clock::{Rhythm, SensorClocks};
-pub use simulated::{Report, Robot, STARTS_DRIVING_US, Said};
+pub use simulated::{AcquisitionReport, ReportContent, Robot, STARTS_DRIVING_US};
 pub use simulated_drive::{SimulatedDrive, SimulationRefused};

@@ -37,16 +37,16 @@ const GARBAGE_STREAM: u64 = 0x67_6172_6261_6765;
 
 /// What the senses report, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+pub struct AcquisitionReport {
     /// Microseconds after the power came up.
     pub at_us: u64,
     /// What.
-    pub said: Said,
+    pub content: ReportContent,
 }
 
 /// What the senses report: what the flash image's sampler tells its program.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Said {
+pub enum ReportContent {
     /// Samples, an input for the node.
     Samples(Input),
     /// A pose, an input for the node.
@@ -62,7 +62,7 @@ pub enum Said {
     Offsets(OffsetReport),
 }
 
-impl Said {
+impl ReportContent {
     /// The input for the node, if it is one.
     #[must_use]
     pub const fn input(&self) -> Option<Input> {
@@ -93,7 +93,7 @@ pub struct Robot {
     prepared_ns: [Option<u64>; SENSORS],
     /// What a stuck sensor measures.
     held: [Option<u16>; SENSORS],
-    reports: VecDeque<Report>,
+    reports: VecDeque<AcquisitionReport>,
 }
 
 impl Robot {
@@ -188,14 +188,14 @@ impl Robot {
             (bus, next.flatten())
         });
         if let Some(input) = self.senses.poll(self.now_us) {
-            self.report(Said::Samples(input));
+            self.report(ReportContent::Samples(input));
         }
         if let Some(offsets) = self.senses.take_offsets() {
-            self.report(Said::Offsets(offsets));
+            self.report(ReportContent::Offsets(offsets));
         }
         self.patrols += 1;
         if self.patrols.is_multiple_of(HEALTH_EVERY) {
-            self.report(Said::Health(self.health()));
+            self.report(ReportContent::Health(self.health()));
         }
         for (bus, pending) in pending {
             self.serve(bus, pending, until_us);
@@ -203,9 +203,9 @@ impl Robot {
         self.now_us = until_us;
     }
 
-    fn report(&mut self, said: Said) {
+    fn report(&mut self, content: ReportContent) {
         let at_us = self.now_us;
-        self.reports.push_back(Report { at_us, said });
+        self.reports.push_back(AcquisitionReport { at_us, content });
     }
 
     /// Executes a bus's transactions, one after the other, until a patrol's time is over.
@@ -233,9 +233,9 @@ impl Robot {
         while let Some(arrived) = self.frames.arrived_by(self.now_us) {
             let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
             if let CanAction::Input(input) = heard {
-                self.reports.push_back(Report {
+                self.reports.push_back(AcquisitionReport {
                     at_us: arrived.at_us,
-                    said: Said::Pose {
+                    content: ReportContent::Pose {
                         input,
                         updated_us: arrived.updated_us,
                     },
@@ -339,9 +339,9 @@ impl Robot {
 }
 
 impl Iterator for Robot {
-    type Item = Report;
+    type Item = AcquisitionReport;
 
-    fn next(&mut self) -> Option<Report> {
+    fn next(&mut self) -> Option<AcquisitionReport> {
         let end_us = STARTS_DRIVING_US + self.scene.drive().end_us() + STANDS_US;
         while self.reports.is_empty() && self.now_us < end_us {
             self.patrol();

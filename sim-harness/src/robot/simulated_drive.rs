@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use amiro_ipf::board::health::Health;
 use amiro_ipf::filter::Profile;
-use amiro_ipf::link::Truth;
+use amiro_ipf::link::TruthMessage;
 use amiro_ipf::node::Input;
 
 use super::{Robot, drive};
 use crate::device::FaultInjector;
 use crate::faults::Faults;
 use crate::log::RecordingWriter;
-use crate::world::{Odometry, Options, Scenario, Simulation, simulate_with};
+use crate::world::{OdometryModel, Options, Scenario, Simulation, simulate_with};
 
 /// A simulated drive: the world, in what it differs from the model, and what breaks.
 ///
@@ -56,7 +56,7 @@ impl SimulatedDrive<'_> {
             let instead = "samples get lost by ring=intermittent:SHARE";
             return Err(SimulationRefused("dropout", instead));
         }
-        if options.odometry == Odometry::AmiroUndated {
+        if options.odometry == OdometryModel::AmiroUndated {
             let instead = "the robot dates its odometry itself";
             return Err(SimulationRefused("odometry amiro-undated", instead));
         }
@@ -78,7 +78,7 @@ impl SimulatedDrive<'_> {
         let mut config = self.scenario.config(Profile::Paper);
         config.seed = self.seed;
         let mut writer = RecordingWriter::new(write)?;
-        writer.write_truth(&Truth::Seed(self.seed))?;
+        writer.write_truth(&TruthMessage::Seed(self.seed))?;
         writer.write_scenario(&self.options.in_front_of(self.text))?;
         if !self.faults.are_none() {
             writer.write_faults(&self.faults.to_string(), self.seed_of_faults)?;
@@ -100,7 +100,7 @@ impl SimulatedDrive<'_> {
             } = *input
             {
                 while let Some(&(stamp_us, pose)) = poses.next_if(|(at_us, _)| *at_us <= now_us) {
-                    writer.write_truth(&Truth::Pose { stamp_us, pose })?;
+                    writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
                 }
             }
         }

@@ -6,7 +6,7 @@ use amiro_ipf::random::Generator;
 
 use super::Rhythm;
 use crate::world::{
-    Drive, FRAME_PERIOD_US, Odometry, Options, UPDATE_PERIOD_US, WheelErrors, WheelWalk,
+    Drive, FRAME_PERIOD_US, OdometryModel, Options, UPDATE_PERIOD_US, WheelErrors, WheelWalk,
 };
 
 /// Keeps the wheels' errors apart from the noise: "wheel".
@@ -46,7 +46,7 @@ pub(super) struct WheelModule {
 
 impl WheelModule {
     /// The board of a robot that stands until `starts_us` and then drives; of the
-    /// odometries [`Odometry::WheelErrors`] errs, all others are exact.
+    /// odometries [`OdometryModel::WheelErrors`] errs, all others are exact.
     pub(super) fn new(
         drive: &Drive,
         starts_us: u64,
@@ -55,11 +55,13 @@ impl WheelModule {
         rhythm: &Rhythm,
     ) -> Self {
         let errors = match options.odometry {
-            Odometry::WheelErrors(errors) => errors,
-            Odometry::Truth | Odometry::Amiro | Odometry::AmiroUndated => WheelErrors {
-                scale_percent: 0.0,
-                heading_deg_per_sqrt_m: 0.0,
-            },
+            OdometryModel::WheelErrors(errors) => errors,
+            OdometryModel::Truth | OdometryModel::Amiro | OdometryModel::AmiroUndated => {
+                WheelErrors {
+                    scale_percent: 0.0,
+                    heading_deg_per_sqrt_m: 0.0,
+                }
+            }
         };
         let generator = Generator::seeded(seed ^ WHEEL_STREAM);
         Self {

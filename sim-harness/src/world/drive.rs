@@ -13,13 +13,13 @@ pub const SAMPLE_PERIOD_US: u64 = 8_000;
 pub struct Drive {
     speed_m_per_s: f64,
     /// Each leg with the state at its start.
-    legs: Vec<(Start, Leg)>,
-    end: Start,
+    legs: Vec<(LegStart, Leg)>,
+    end: LegStart,
 }
 
 /// The beginning of a leg.
 #[derive(Clone, Copy, Debug)]
-struct Start {
+struct LegStart {
     time_s: f64,
     position: Vector,
     heading_deg: f64,
@@ -30,7 +30,7 @@ impl Drive {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let speed_m_per_s = scenario.speed_m_per_s;
-        let mut end = Start {
+        let mut end = LegStart {
             time_s: 0.0,
             position: scenario.start,
             heading_deg: scenario.start_heading_deg,
@@ -80,7 +80,7 @@ impl Drive {
     }
 }
 
-impl Start {
+impl LegStart {
     /// The state after the given time on a leg.
     fn after(&self, leg: &Leg, seconds: f64, speed_m_per_s: f64) -> Self {
         let time_s = self.time_s + seconds;

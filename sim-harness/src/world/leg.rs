@@ -9,7 +9,7 @@ pub const TURN_DEG_PER_S: f64 = 45.0;
 
 /// One leg of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "Keys")]
+#[serde(try_from = "LegKeys")]
 pub enum Leg {
     /// Along the heading; negative is backward.
     Straight {
@@ -57,17 +57,17 @@ impl Leg {
 /// The keys of a `[[drive]]` table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Keys {
+struct LegKeys {
     straight_m: Option<Coordinate>,
     turn_deg: Option<Degrees>,
     arc_deg: Option<Degrees>,
     radius_m: Option<Radius>,
 }
 
-impl TryFrom<Keys> for Leg {
+impl TryFrom<LegKeys> for Leg {
     type Error = &'static str;
 
-    fn try_from(keys: Keys) -> Result<Self, Self::Error> {
+    fn try_from(keys: LegKeys) -> Result<Self, Self::Error> {
         match (keys.straight_m, keys.turn_deg, keys.arc_deg, keys.radius_m) {
             (Some(length), None, None, None) => Ok(Self::Straight {
                 length_m: length.value(),

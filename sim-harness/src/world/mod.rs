@@ -30,7 +30,7 @@ pub use drive::{Drive, SAMPLE_PERIOD_US};
 pub use dropout::Dropout;
 pub use feasibility::Allowance;
 pub use leg::{Leg, TURN_DEG_PER_S};
-pub use odometry::Odometry;
+pub use odometry::OdometryModel;
 pub use opening::Opening;
 pub use optics::Physics;
 pub use options::{Options, OptionsError};

@@ -10,7 +10,7 @@ use super::{Drive, OptionsError, WheelErrors, WheelWalk};
 
 /// The errors of the odometry and how it reaches the filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Odometry {
+pub enum OdometryModel {
     /// The true pose with every sample.
     #[default]
     Truth,
@@ -33,7 +33,7 @@ pub enum Odometry {
     AmiroUndated,
 }
 
-impl std::fmt::Display for Odometry {
+impl std::fmt::Display for OdometryModel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Truth => f.write_str("truth"),
@@ -50,7 +50,7 @@ impl std::fmt::Display for Odometry {
     }
 }
 
-impl FromStr for Odometry {
+impl FromStr for OdometryModel {
     type Err = OptionsError;
 
     /// The words of [`Display`](std::fmt::Display), and `wheel-errors` for the default
@@ -97,14 +97,14 @@ enum OdometerKind {
 
 impl Odometer {
     /// The given odometry with an error of its own, at the start of a drive.
-    pub(super) fn new(odometry: Odometry, start: &Pose, errors: Generator) -> Self {
+    pub(super) fn new(odometry: OdometryModel, start: &Pose, errors: Generator) -> Self {
         let kind = match odometry {
-            Odometry::Truth => OdometerKind::Truth,
-            Odometry::WheelErrors(model) => {
+            OdometryModel::Truth => OdometerKind::Truth,
+            OdometryModel::WheelErrors(model) => {
                 OdometerKind::Wheels(WheelWalk::new(&model, start, errors))
             }
-            Odometry::Amiro => OdometerKind::Amiro(None),
-            Odometry::AmiroUndated => OdometerKind::AmiroUndated,
+            OdometryModel::Amiro => OdometerKind::Amiro(None),
+            OdometryModel::AmiroUndated => OdometerKind::AmiroUndated,
         };
         Self { kind }
     }
@@ -141,17 +141,17 @@ mod tests {
             heading_deg_per_sqrt_m: 6.0,
         };
         for odometry in [
-            Odometry::Truth,
-            Odometry::WheelErrors(errors),
-            Odometry::Amiro,
-            Odometry::AmiroUndated,
+            OdometryModel::Truth,
+            OdometryModel::WheelErrors(errors),
+            OdometryModel::Amiro,
+            OdometryModel::AmiroUndated,
         ] {
             assert_eq!(odometry.to_string().parse(), Ok(odometry));
         }
-        let default = Odometry::WheelErrors(WheelErrors::default());
+        let default = OdometryModel::WheelErrors(WheelErrors::default());
         assert_eq!("wheel-errors".parse(), Ok(default));
         for wrong in ["", "Amiro", "wheel-errors:1", "wheel-errors:1:x", "amiro:1"] {
-            let error = wrong.parse::<Odometry>().unwrap_err().to_string();
+            let error = wrong.parse::<OdometryModel>().unwrap_err().to_string();
             assert!(error.starts_with("odometry: `"), "{error}");
         }
     }

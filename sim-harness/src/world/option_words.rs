@@ -92,7 +92,7 @@ fn number(key: &'static str, text: &str) -> Result<f64, OptionsError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Drift, Odometry, Physics, WheelErrors};
+    use crate::world::{Drift, OdometryModel, Physics, WheelErrors};
 
     fn all() -> Options {
         Options {
@@ -103,7 +103,7 @@ mod tests {
             dropout: 1e-3,
             xi: Some(1.0),
             delta_m2: Some(-250e-6),
-            odometry: Odometry::WheelErrors(WheelErrors::default()),
+            odometry: OdometryModel::WheelErrors(WheelErrors::default()),
         }
     }
 

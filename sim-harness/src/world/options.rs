@@ -2,7 +2,7 @@
 
 use amiro_ipf::model::Photometry;
 
-use super::{Drift, Odometry, Physics};
+use super::{Drift, OdometryModel, Physics};
 
 /// Differences of a drive from the model; by default none but sensor noise.
 ///
@@ -26,7 +26,7 @@ pub struct Options {
     /// model's.
     pub delta_m2: Option<f64>,
     /// The odometry that reaches the robot.
-    pub odometry: Odometry,
+    pub odometry: OdometryModel,
 }
 
 impl Default for Options {
@@ -39,7 +39,7 @@ impl Default for Options {
             dropout: 0.0,
             xi: None,
             delta_m2: None,
-            odometry: Odometry::Truth,
+            odometry: OdometryModel::Truth,
         }
     }
 }
@@ -102,7 +102,7 @@ impl Options {
             // The wall at 100 mm that patches are scaled by needs delta below 0.01.
             within("delta", delta_m2, -0.005, 0.005)?;
         }
-        if let Odometry::WheelErrors(errors) = self.odometry {
+        if let OdometryModel::WheelErrors(errors) = self.odometry {
             within("odometry", errors.scale_percent, 0.0, 50.0)?;
             within("odometry", errors.heading_deg_per_sqrt_m, 0.0, 90.0)?;
         }
@@ -152,7 +152,7 @@ mod tests {
     fn numbers_outside_their_range_are_refused_by_name() {
         let legal = Options::default();
         let errors = |scale_percent, heading_deg_per_sqrt_m| {
-            Odometry::WheelErrors(WheelErrors {
+            OdometryModel::WheelErrors(WheelErrors {
                 scale_percent,
                 heading_deg_per_sqrt_m,
             })

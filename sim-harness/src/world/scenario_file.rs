@@ -65,7 +65,7 @@ impl Scenario {
     /// large as a whole.
     pub fn parse(text: &str) -> Result<Self, ScenarioError> {
         at_most("file", text.len(), MAX_BYTES, "bytes")?;
-        let keys: Keys = toml::from_str(text)?;
+        let keys: ScenarioKeys = toml::from_str(text)?;
         let scenario = Self::from(keys);
         scenario.check_limits()?;
         Ok(scenario)
@@ -75,7 +75,7 @@ impl Scenario {
 /// The keys of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Keys {
+struct ScenarioKeys {
     name: String,
     #[serde(default)]
     about: String,
@@ -83,7 +83,7 @@ struct Keys {
     extent_m: Extent,
     speed_m_per_s: Speed,
     sensors_deg: Option<Angles>,
-    start: Start,
+    start: StartPose,
     #[serde(default)]
     drive: Vec<Leg>,
     #[serde(default, rename = "box")]
@@ -98,7 +98,7 @@ struct Keys {
 
 /// `[x, y, heading_deg]`.
 #[derive(Debug, Deserialize)]
-struct Start(Coordinate, Coordinate, Degrees);
+struct StartPose(Coordinate, Coordinate, Degrees);
 
 /// One to eight angles.
 #[derive(Debug, Deserialize)]
@@ -122,9 +122,9 @@ impl TryFrom<Vec<Degrees>> for Angles {
     }
 }
 
-impl From<Keys> for Scenario {
-    fn from(keys: Keys) -> Self {
-        let Start(x, y, heading) = keys.start;
+impl From<ScenarioKeys> for Scenario {
+    fn from(keys: ScenarioKeys) -> Self {
+        let StartPose(x, y, heading) = keys.start;
         let boxes = keys.boxes.into_iter().map(|table| table.0);
         let cylinders = keys.cylinders.into_iter().map(Shape::from);
         Self {

@@ -15,7 +15,7 @@ use amiro_ipf::board::supervision::{FailureCause, ImageCheck, Mode, PostMortem, 
 use amiro_ipf::link::{
     Boot, Decoder, Encoder, Frame, Message, MessageRef, Received, Status, WIRE_VERSION,
 };
-use amiro_ipf::node::{Event, Fault, Input};
+use amiro_ipf::node::{Event, Input, InputError};
 use serialport::{SerialPort, TTYPort};
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
@@ -25,7 +25,7 @@ struct Said {
     events: Vec<Message>,
     /// An input of its own, said behind the events.
     own: Option<Input>,
-    refused: Option<Fault>,
+    refused: Option<InputError>,
 }
 
 /// Puts a board on a pseudo terminal; its port's name.
@@ -200,7 +200,7 @@ fn f55_f5a_recording_a_board_in_its_safe_mode_says_how_it_died_and_why_it_is_saf
                 let died = PostMortem::new(FailureCause::Panic, 263, 12_375).at("src/node.rs", 77);
                 (vec![boot(WIRE_VERSION), Message::PostMortem(died)], None)
             }
-            Some(_) => (Vec::new(), Some(Fault::SafeMode)),
+            Some(_) => (Vec::new(), Some(InputError::SafeMode)),
             None => {
                 let how = Supervision {
                     mode: Mode::SafeForImage,
@@ -332,7 +332,7 @@ fn what_was_not_asked_for_well_ends_with_2_and_names_the_place() {
 
 /// A board that sends statuses once it is configured, or refuses its configuration; it is
 /// reset after each configuration if `is_reset`.
-fn plug_recorded(is_reset: bool, refused: Option<Fault>) -> String {
+fn plug_recorded(is_reset: bool, refused: Option<InputError>) -> String {
     let mut boots = 1;
     plug(move |input| {
         let boot_id = boots;
@@ -378,7 +378,7 @@ fn an_existing_recording_is_not_truncated_when_the_board_refuses() {
     );
     assert!(shown.contains("drive.3.ipf is free"), "{shown}");
     // With it the board has to take its configuration first.
-    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let port = plug_recorded(false, Some(InputError::TooManyParticles));
     let output = ipf(&["record", "--on", &port, "--force", "--out", &out]);
     let shown = printed(&output);
     assert_eq!(output.status.code(), Some(2), "{shown}");
@@ -389,7 +389,7 @@ fn an_existing_recording_is_not_truncated_when_the_board_refuses() {
 #[test]
 fn a_board_that_refuses_its_configuration_leaves_no_file() {
     let folder = Folder::new("no-file");
-    let port = plug_recorded(false, Some(Fault::TooManyParticles));
+    let port = plug_recorded(false, Some(InputError::TooManyParticles));
     let output = ipf(&["record", "--on", &port, "--out", &folder.file("drive.ipf")]);
     assert_eq!(output.status.code(), Some(2), "{}", printed(&output));
     assert_eq!(names(&folder), [""; 0]);

@@ -3,7 +3,7 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::link::{DeviceEndpoint, Encoder, Truth};
+use amiro_ipf::link::{DeviceEndpoint, Encoder, TruthMessage};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input};
 use amiro_ipf::{filter::ParticleSet, node::Node};
@@ -41,13 +41,15 @@ fn drive() -> Vec<Input> {
 /// the true poses among them.
 fn simulated(scenario: &str, seed: u64) -> Vec<u8> {
     let mut writer = RecordingWriter::new(Vec::new()).unwrap();
-    writer.write_truth(&Truth::Seed(seed)).unwrap();
+    writer.write_truth(&TruthMessage::Seed(seed)).unwrap();
     writer.write_scenario(scenario).unwrap();
     writer.write_input(&Input::Configure(config())).unwrap();
     for input in drive() {
         writer.write_input(&input).unwrap();
         if let Input::Odometry { stamp_us, pose } = input {
-            writer.write_truth(&Truth::Pose { stamp_us, pose }).unwrap();
+            writer
+                .write_truth(&TruthMessage::Pose { stamp_us, pose })
+                .unwrap();
         }
     }
     writer.finish().unwrap()

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::link::{Encoder, Message, Truth};
+use amiro_ipf::link::{Encoder, Message, TruthMessage};
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Input, ParticleEvent, Particles, StepBegun, StepDone};
 use sim_harness::log::RecordingWriter;
@@ -68,7 +68,7 @@ fn write_text(path: &Path, bytes: u64) -> io::Result<()> {
 /// Frames of at least so many bytes: true poses, inputs and answers in equal parts.
 fn write_frames(path: &Path, bytes: u64) -> io::Result<()> {
     let mut writer = RecordingWriter::new(BufWriter::new(File::create(path)?))?;
-    writer.write_truth(&Truth::Seed(1))?;
+    writer.write_truth(&TruthMessage::Seed(1))?;
     writer.write_scenario(SCENARIO)?;
     // The settings of the recording, so that its events are compared.
     writer.write_input(&Input::Configure(Config {
@@ -97,7 +97,7 @@ fn write_frames(path: &Path, bytes: u64) -> io::Result<()> {
         let stamp_us = row * 8_000;
         let (x, y, heading) = pose_at(row);
         let pose = Pose::new(x as f32, y as f32, heading as f32);
-        writer.write_truth(&Truth::Pose { stamp_us, pose })?;
+        writer.write_truth(&TruthMessage::Pose { stamp_us, pose })?;
         writer.write_input(&Input::Odometry { stamp_us, pose })?;
         let samples = counts_at(row).map(Sample::Counts);
         writer.write_input(&Input::Proximity { stamp_us, samples })?;

@@ -12,7 +12,7 @@ use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::{Point, Pose};
 use amiro_ipf::link::{
-    BoardStatus, DeviceEndpoint, Encoder, FrameError, MAX_FRAME, Message, MessageRef, Truth,
+    BoardStatus, DeviceEndpoint, Encoder, FrameError, MAX_FRAME, Message, MessageRef, TruthMessage,
 };
 use amiro_ipf::model::{Sample, WheelSpeeds};
 use amiro_ipf::node::{Config, Event, Input, Node, SampleSelection, Source, StepRule};
@@ -166,14 +166,16 @@ fn stream_is_read_as_it_was_written() {
     }
 
     let mut writer = RecordingWriter::new(Vec::new()).unwrap();
-    writer.write_truth(&Truth::Seed(7)).unwrap();
+    writer.write_truth(&TruthMessage::Seed(7)).unwrap();
     writer.write_scenario(&scenario).unwrap();
     writer.write_message(&Message::Hello).unwrap();
     writer.write_input(&Input::Configure(config)).unwrap();
     for (index, input) in inputs.iter().enumerate() {
         writer.write_input(input).unwrap();
         if let Some((stamp_us, pose)) = poses.get(index).copied() {
-            writer.write_truth(&Truth::Pose { stamp_us, pose }).unwrap();
+            writer
+                .write_truth(&TruthMessage::Pose { stamp_us, pose })
+                .unwrap();
         }
         if index == 20 {
             // A board's last byte that went missing costs nothing.

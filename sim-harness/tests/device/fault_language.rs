@@ -6,16 +6,18 @@
 use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::filter::Profile;
-use amiro_ipf::link::{Encoder, Truth};
+use amiro_ipf::link::{Encoder, TruthMessage};
 use amiro_ipf::model::{SENSORS, Sample};
-use amiro_ipf::node::{Config, Event, Fault as Refusal, Input};
+use amiro_ipf::node::{Config, Event, Input, InputError};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
 use sim_harness::device::Comparison;
 use sim_harness::evaluation::{Mapped, map};
 use sim_harness::faults::Faults;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
-use sim_harness::robot::{Robot, RobotDrive, STARTS_DRIVING_US, Said, SimulatedDrive, drive};
+use sim_harness::robot::{
+    ReportContent, Robot, RobotDrive, STARTS_DRIVING_US, SimulatedDrive, drive,
+};
 use sim_harness::run;
 use sim_harness::world::{Options, Scenario, simulate_with, standard};
 
@@ -44,10 +46,15 @@ fn driven(text: &str) -> RobotDrive {
 
 /// Times of the drive in seconds, and the samples that were then given.
 fn samples(whole: &RobotDrive) -> Vec<(f64, [Sample; SENSORS])> {
-    let samples = whole.reports.iter().filter_map(|report| match report.said {
-        Said::Samples(Input::Proximity { samples, .. }) => Some((drive_s(report.at_us), samples)),
-        _ => None,
-    });
+    let samples = whole
+        .reports
+        .iter()
+        .filter_map(|report| match report.content {
+            ReportContent::Samples(Input::Proximity { samples, .. }) => {
+                Some((drive_s(report.at_us), samples))
+            }
+            _ => None,
+        });
     samples.collect()
 }
 
@@ -477,17 +484,20 @@ fn f20_can_off_suspends_within_375_ms() {
 /// Odometry between two times of the drive: when it was heard, when it was reckoned, and
 /// its place in micrometres.
 fn poses_heard(whole: &RobotDrive, from_s: f64, to_s: f64) -> Vec<(f64, f64, [i32; 2])> {
-    let heard = whole.reports.iter().filter_map(|report| match report.said {
-        Said::Pose {
-            input: Input::Odometry { pose, .. },
-            updated_us,
-        } => Some((
-            drive_s(report.at_us),
-            drive_s(updated_us),
-            [pose.position.x, pose.position.y].map(|m| (m * 1e6) as i32),
-        )),
-        _ => None,
-    });
+    let heard = whole
+        .reports
+        .iter()
+        .filter_map(|report| match report.content {
+            ReportContent::Pose {
+                input: Input::Odometry { pose, .. },
+                updated_us,
+            } => Some((
+                drive_s(report.at_us),
+                drive_s(updated_us),
+                [pose.position.x, pose.position.y].map(|m| (m * 1e6) as i32),
+            )),
+            _ => None,
+        });
     heard
         .filter(|(at_s, ..)| (from_s..to_s).contains(at_s))
         .collect()
@@ -519,7 +529,7 @@ fn f23_f31_can_s_other_words_do_what_they_say() {
             > 5
     );
     let mut refusals = on_map.outcome.refusals.iter();
-    assert!(refusals.any(|(_, fault)| *fault == Refusal::Implausible));
+    assert!(refusals.any(|(_, fault)| *fault == InputError::Implausible));
     let (wrong, on_map) = of("wrong:+500mm");
     for ((.., wrong), (.., sound)) in wrong.iter().zip(&sound) {
         // Two steps of the message, which rounds down.
@@ -629,7 +639,7 @@ fn equal_seeds_give_equal_files_and_others_do_not() {
 fn without_faults_of_parts_a_recording_is_the_simulation_and_all_its_true_poses() {
     let simulation = simulate_with(&msod(), SEED, &Options::default());
     let mut writer = RecordingWriter::new(Vec::new()).unwrap();
-    writer.write_truth(&Truth::Seed(SEED)).unwrap();
+    writer.write_truth(&TruthMessage::Seed(SEED)).unwrap();
     writer.write_scenario(MSOD).unwrap();
     let config = Config {
         seed: SEED,
@@ -642,7 +652,9 @@ fn without_faults_of_parts_a_recording_is_the_simulation_and_all_its_true_poses(
         // Every reading has its pose.
         if matches!(input, Input::Proximity { .. }) {
             let &(stamp_us, pose) = poses.next().unwrap();
-            writer.write_truth(&Truth::Pose { stamp_us, pose }).unwrap();
+            writer
+                .write_truth(&TruthMessage::Pose { stamp_us, pose })
+                .unwrap();
         }
     }
     assert!(poses.next().is_none());
@@ -686,11 +698,11 @@ fn f31_a_recording_whose_odometry_is_random_for_a_third_of_it_is_read() {
             ..recording.config.unwrap()
         };
         let outcome = run(&config, &recording.inputs, |_| ()).unwrap();
-        let refused: Vec<Refusal> = outcome.faults().map(|(fault, _)| fault).collect();
+        let refused: Vec<InputError> = outcome.faults().map(|(fault, _)| fault).collect();
         (outcome.steps, refused)
     };
     assert!(steps > 0);
-    assert!(refused.contains(&Refusal::Implausible), "{refused:?}");
+    assert!(refused.contains(&InputError::Implausible), "{refused:?}");
     // From its beginning to its end it is taken for another unit.
     let error = read_from(&recorded("can=garbage", 1)[..]).unwrap_err();
     assert!(error.to_string().contains("look like"), "{error}");

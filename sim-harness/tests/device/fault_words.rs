@@ -13,7 +13,7 @@ use amiro_ipf::board::health::Health;
 use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::{PostMortem, Supervision};
 use amiro_ipf::link::{Boot, FrameError, Message, Status, WIRE_VERSION};
-use amiro_ipf::node::{Config, Event, Fault, Particles, StepBegun, StepDone};
+use amiro_ipf::node::{Config, Event, InputError, Particles, StepBegun, StepDone};
 use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
@@ -57,7 +57,7 @@ const ENUMS: [(&str, Option<&str>); 19] = [
     ("NothingDraw", None),
     ("SampleSelection", None),
     ("Source", None),
-    ("Fault", Some("## An input was refused")),
+    ("InputError", Some("## An input was refused")),
     ("SensorState", Some("## A sensor")),
     ("SensorFault", Some("## A sensor")),
     ("OffsetRefusal", Some("## A sensor")),
@@ -146,7 +146,7 @@ fn assert_all_have_their_place(
 
 #[test]
 fn every_word_of_the_stream_is_explained() {
-    let shape = Shape::of::<(Payloads, Option<Fault>)>();
+    let shape = Shape::of::<(Payloads, Option<InputError>)>();
     assert_all_have_their_place(shape.enums(), &ENUMS);
     let others = ["BrokeOff", "Limit", "degenerate", "Median"];
     assert_explained(others.map(str::to_owned));
@@ -160,7 +160,7 @@ fn every_counter_and_field_of_how_the_board_is_is_explained() {
 
 #[test]
 fn every_sentence_about_a_refused_input_or_offset_is_on_the_page() {
-    let of_inputs = Fault::ALL.map(|fault| fault.to_string());
+    let of_inputs = InputError::ALL.map(|fault| fault.to_string());
     let lacking: Vec<_> = of_inputs.iter().filter(|it| !PAGE.contains(*it)).collect();
     assert!(lacking.is_empty(), "the page lacks {lacking:#?}");
     let refusals = [
@@ -196,7 +196,7 @@ fn every_message_about_a_board_is_explained() {
         LinkError::NoAnswer { input: 12 },
         LinkError::Silent,
         LinkError::KeepsResetting { resets: 100 },
-        LinkError::Refused(Fault::SafeMode),
+        LinkError::Refused(InputError::SafeMode),
         LinkError::Restarted { input: 12 },
     ];
     for error in &all {

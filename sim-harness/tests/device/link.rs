@@ -14,10 +14,10 @@ use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{
     BoardStatus, Decoder, DeviceEndpoint, Encoder, Frame, Message, MessageRef, Received, Status,
-    Truth, WIRE_VERSION,
+    TruthMessage, WIRE_VERSION,
 };
 use amiro_ipf::model::Sample;
-use amiro_ipf::node::{Config, Event, Fault, Input, Node, Source};
+use amiro_ipf::node::{Config, Event, Input, InputError, Node, Source};
 use amiro_ipf::random::{Generator, uniform_below};
 use sim_harness::bus::RobotBuses;
 use sim_harness::device::{
@@ -570,7 +570,10 @@ fn an_input_that_the_board_alone_refuses_is_a_difference_and_is_named() {
         pose: Pose::default(),
     };
     inputs.insert(9, late);
-    for (expected, equal) in [(vec![(9, Fault::StampBackward)], true), (vec![], false)] {
+    for (expected, equal) in [
+        (vec![(9, InputError::StampBackward)], true),
+        (vec![], false),
+    ] {
         let mut board = Board::in_memory(|_| true);
         board.greet().unwrap();
         let mut comparison = Comparison::default();
@@ -946,16 +949,16 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
         }),
         Message::Boot(boot_on_host(800)),
         Message::Event(Event::Configured(bad_config)),
-        Message::Truth(Truth::Seed(1)),
+        Message::Truth(TruthMessage::Seed(1)),
     ];
     let expected = [
-        Fault::BadParameter,
-        Fault::TooManyParticles,
-        Fault::NotFinite,
-        Fault::StalePose,
-        Fault::NotAnInput,
-        Fault::NotAnInput,
-        Fault::NotAnInput,
+        InputError::BadParameter,
+        InputError::TooManyParticles,
+        InputError::NotFinite,
+        InputError::StalePose,
+        InputError::NotAnInput,
+        InputError::NotAnInput,
+        InputError::NotAnInput,
     ];
     let mut stranger = Encoder::new(0x77);
     let bytes: Vec<u8> = good

@@ -8,7 +8,7 @@ use amiro_ipf::filter::{ParticleSet, Profile};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{DeviceEndpoint, Encoder, Message};
 use amiro_ipf::model::{SENSORS, Sample, SensorMask};
-use amiro_ipf::node::{Config, Event, Fault, Input, Node, Particles, Source};
+use amiro_ipf::node::{Config, Event, Input, InputError, Node, Particles, Source};
 use sim_harness::device::boot_on_host;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::Scores;
@@ -16,7 +16,8 @@ use sim_harness::evaluation::{Mapped, SensorFaultTrials, map};
 use sim_harness::faults::{ActiveFaults, Component, Kind};
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
-    OFFSETS, Report, Rhythm, Robot, STARTS_DRIVING_US, Said, Scene, SensorClocks, drive,
+    AcquisitionReport, OFFSETS, ReportContent, Rhythm, Robot, STARTS_DRIVING_US, Scene,
+    SensorClocks, drive,
 };
 use sim_harness::world::{Drive, Options, Scenario, standard};
 use sim_harness::{log, run};
@@ -175,19 +176,22 @@ fn equal_seeds_give_equal_reports_and_others_do_not() {
     // A health eight times a second, samples at 125 Hz less the time to trust, a frame
     // each 63 ms.
     let seconds = 4.125;
-    let count = |is: fn(&Said) -> bool| {
-        let reports = first.reports.iter().filter(|report| is(&report.said));
+    let count = |is: fn(&ReportContent) -> bool| {
+        let reports = first.reports.iter().filter(|report| is(&report.content));
         reports.count() as f64 / seconds
     };
-    assert!((count(|said| matches!(said, Said::Health(_))) - 8.0).abs() < 0.3);
-    let samples = count(|said| matches!(said, Said::Samples(_)));
+    assert!((count(|said| matches!(said, ReportContent::Health(_))) - 8.0).abs() < 0.3);
+    let samples = count(|said| matches!(said, ReportContent::Samples(_)));
     assert!((120.0..125.0).contains(&samples), "{samples}");
-    let poses = count(|said| matches!(said, Said::Pose { .. }));
+    let poses = count(|said| matches!(said, ReportContent::Pose { .. }));
     assert!((15.2..16.1).contains(&poses), "{poses}");
-    let offsets = first.reports.iter().find_map(|report| match report.said {
-        Said::Offsets(offsets) => Some(offsets),
-        _ => None,
-    });
+    let offsets = first
+        .reports
+        .iter()
+        .find_map(|report| match report.content {
+            ReportContent::Offsets(offsets) => Some(offsets),
+            _ => None,
+        });
     let offsets = offsets.unwrap();
     assert_eq!(offsets.offsets.counts, OFFSETS);
     assert!(offsets.is_kept);
@@ -198,13 +202,16 @@ fn a_pose_is_stamped_with_its_time_to_some_milliseconds_once_the_robot_has_drive
     let scenario = scenario("msm_t");
     for seed in 1..=6 {
         let whole = drive(robot(&scenario, seed, ActiveFaults::none()));
-        let errors_us = whole.reports.iter().filter_map(|report| match report.said {
-            Said::Pose {
-                input: Input::Odometry { stamp_us, .. },
-                updated_us,
-            } => Some((report.at_us, stamp_us.abs_diff(updated_us))),
-            _ => None,
-        });
+        let errors_us = whole
+            .reports
+            .iter()
+            .filter_map(|report| match report.content {
+                ReportContent::Pose {
+                    input: Input::Odometry { stamp_us, .. },
+                    updated_us,
+                } => Some((report.at_us, stamp_us.abs_diff(updated_us))),
+                _ => None,
+            });
         let errors_us: Vec<(u64, u64)> = errors_us.collect();
         // A frame that came with an update may be counted to the one before.
         let miscounted = errors_us.iter().filter(|(_, error_us)| *error_us > 25_000);
@@ -289,7 +296,7 @@ struct Watched<'a> {
     steps: Vec<(u64, Pose)>,
     broke_off: Vec<u64>,
     particle_events: usize,
-    faults: Vec<(u64, Fault)>,
+    faults: Vec<(u64, InputError)>,
 }
 
 impl<'a> Watched<'a> {
@@ -315,9 +322,9 @@ impl<'a> Watched<'a> {
     }
 
     /// The next report and what came of it; `None` at the end.
-    fn go_on(&mut self) -> Option<Report> {
+    fn go_on(&mut self) -> Option<AcquisitionReport> {
         let report = self.robot.next()?;
-        let Some(input) = report.said.input() else {
+        let Some(input) = report.content.input() else {
             return Some(report);
         };
         let at_us = report.at_us;
@@ -438,7 +445,7 @@ fn f18_without_any_sensor_nothing_is_said_about_the_world_any_more() {
         assert_eq!(status.steps, steps, "{name}");
         assert_eq!(watched.particle_events, particle_events, "{name}");
         assert_eq!(cells(&watched.mapper.map()), map, "{name}");
-        assert_eq!(status.last_fault, Some(Fault::NoSensor), "{name}");
+        assert_eq!(status.last_fault, Some(InputError::NoSensor), "{name}");
         assert_eq!(SensorMask(status.without), SensorMask::ALL, "{name}");
         let missing = watched
             .robot
@@ -517,12 +524,12 @@ fn f22_without_a_bus_from_the_start_there_is_no_step_and_the_sensors_are_well() 
     let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
     watched.finish();
     assert_eq!(watched.node.status().steps, 0);
-    assert_eq!(watched.node.status().last_fault, Some(Fault::NoPose));
+    assert_eq!(watched.node.status().last_fault, Some(InputError::NoPose));
     assert!(
         watched
             .faults
             .iter()
-            .all(|(_, fault)| *fault == Fault::NoPose)
+            .all(|(_, fault)| *fault == InputError::NoPose)
     );
     // A reading each 8 ms.
     assert!(watched.faults.len() > 900, "{}", watched.faults.len());
@@ -610,9 +617,11 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
     terminal.introduce(&mut send);
     terminal.inject(&Input::Configure(config), &mut send);
     for report in robot(&scenario, 100, ActiveFaults::none()) {
-        match report.said {
-            Said::Health(health) => terminal.publish(&Message::Health(health), &mut send),
-            Said::Offsets(offsets) => terminal.publish(&Message::Offsets(offsets), &mut send),
+        match report.content {
+            ReportContent::Health(health) => terminal.publish(&Message::Health(health), &mut send),
+            ReportContent::Offsets(offsets) => {
+                terminal.publish(&Message::Offsets(offsets), &mut send)
+            }
             said => terminal.inject(&said.input().unwrap(), &mut send),
         }
     }

@@ -15,7 +15,7 @@ use amiro_ipf::board::supervision::{
 };
 use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Message;
-use amiro_ipf::node::{Config, Fault, Input, Source, StepRule};
+use amiro_ipf::node::{Config, Input, InputError, Source, StepRule};
 use sim_harness::device::{Board, Image, LinkError, News, QemuOptions, drive, record};
 use sim_harness::{log, run};
 
@@ -372,9 +372,9 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
         // Without sensors there are ticks, each refused: on the board and again here.
         let config = recording.config.unwrap();
         let outcome = run(&config, &recording.inputs, |_| ()).unwrap();
-        let faults: Vec<(Fault, u64)> = outcome.faults().collect();
+        let faults: Vec<(InputError, u64)> = outcome.faults().collect();
         assert!(
-            matches!(faults[..], [(Fault::NoReading, 8..=10)]),
+            matches!(faults[..], [(InputError::NoReading, 8..=10)]),
             "{faults:?}"
         );
     }
@@ -418,7 +418,7 @@ fn f58_the_third_death_in_ten_seconds_ends_in_the_safe_mode() {
         |_, fault| refused = fault,
     )
     .unwrap();
-    assert_eq!(refused, Some(Fault::SafeMode));
+    assert_eq!(refused, Some(InputError::SafeMode));
     let status = bench.board.next_message();
     assert!(status.is_ok(), "{status:?}");
 }

@@ -2,7 +2,7 @@
 
 use amiro_ipf::filter::{FilterParameters, Profile};
 use amiro_ipf::node::Config;
-use sim_harness::evaluation::{Claims, Comparison, Metric, Over, Scores, Truth, json};
+use sim_harness::evaluation::{Claims, MethodComparison, Metric, Over, Scores, Truth, json};
 use sim_harness::geometry::Pose2;
 use sim_harness::lattice::Cell;
 use sim_harness::mapping::{Belief, CountingMapper, Map, Mapper, Method, Occupancy};
@@ -110,8 +110,13 @@ fn a_map_that_is_shifted_by_three_cells_fails_the_recall_bound() {
     }
 }
 
-fn comparison(names: &[&str], methods: &[Method], particles: u16, threads: usize) -> Comparison {
-    Comparison {
+fn comparison(
+    names: &[&str],
+    methods: &[Method],
+    particles: u16,
+    threads: usize,
+) -> MethodComparison {
+    MethodComparison {
         scenarios: names.iter().map(|name| scenario(name)).collect(),
         methods: methods.to_vec(),
         seeds: 100..103,

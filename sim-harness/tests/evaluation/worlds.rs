@@ -3,12 +3,12 @@
 use amiro_ipf::checksum::CRC;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Angle;
-use amiro_ipf::link::Truth;
+use amiro_ipf::link::TruthMessage;
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Input};
 use sim_harness::log::{RecordingWriter, read_from};
 use sim_harness::run;
-use sim_harness::world::{Drive, Odometry, Options, Scenario, Simulation, simulate_with};
+use sim_harness::world::{Drive, OdometryModel, Options, Scenario, Simulation, simulate_with};
 
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
 const MSM_T: &str = include_str!("../../../scenarios/msm_t.toml");
@@ -83,7 +83,7 @@ fn a_recording_can_be_made_again_from_its_truth_alone() {
         let options: Options = words.parse().unwrap();
         let made = simulate_with(&msod(), seed, &options);
         let mut writer = RecordingWriter::new(Vec::new()).unwrap();
-        writer.write_truth(&Truth::Seed(seed)).unwrap();
+        writer.write_truth(&TruthMessage::Seed(seed)).unwrap();
         writer.write_scenario(&options.in_front_of(MSOD)).unwrap();
         for input in &made.inputs {
             writer.write_input(input).unwrap();
@@ -215,7 +215,7 @@ fn the_amiro_tells_a_pose_every_63_ms_on_the_grid_of_256_millionths() {
 
 /// Largest distance of the poses of a run's steps from where the robot really was when
 /// the readings were taken, metres.
-fn worst_pose_m(scenario: &Scenario, odometry: Odometry) -> f32 {
+fn worst_pose_m(scenario: &Scenario, odometry: OdometryModel) -> f32 {
     let options = Options {
         odometry,
         ..Options::default()
@@ -245,14 +245,14 @@ fn poses_are_predicted_to_the_readings_within_a_millimetre() {
     // prediction has added 2.2 times the difference of two such errors: 0.82 mm along
     // the way, 0.26 mm beside it.
     let scenario = msod();
-    let predicted = worst_pose_m(&scenario, Odometry::Amiro);
-    let stale = worst_pose_m(&scenario, Odometry::AmiroUndated);
+    let predicted = worst_pose_m(&scenario, OdometryModel::Amiro);
+    let stale = worst_pose_m(&scenario, OdometryModel::AmiroUndated);
     let story = format!("predicted within {predicted} m, undated within {stale} m");
     assert!(predicted < 0.001, "{story}");
     // A step begins when a new frame moves the robot on: then the pose is up to 49 ms
     // old, and 8 ms to the next sample; 57 ms at 80 mm/s are 4.6 mm, and the rounding.
     assert!((0.003..0.0049).contains(&stale), "{story}");
-    assert!(worst_pose_m(&scenario, Odometry::Truth) < 1e-6);
+    assert!(worst_pose_m(&scenario, OdometryModel::Truth) < 1e-6);
 }
 
 #[test]

@@ -7,21 +7,21 @@ use std::path::Path;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::model::SensorMask;
 use amiro_ipf::node::Config;
-use sim_harness::evaluation::{Surroundings, WallReport};
+use sim_harness::evaluation::{MappedPath, WallReport};
 use sim_harness::mapping::Occupancy;
-use sim_harness::{Survey, log, run};
+use sim_harness::{RunRecord, log, run};
 
 use crate::common;
 
 /// The sensors that see the guide robot ahead.
 const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
 
-fn survey(folder: &Path, drive: &str, profile: Profile) -> Survey {
+fn survey(folder: &Path, drive: &str, profile: Profile) -> RunRecord {
     survey_with(None, folder, drive, profile)
 }
 
 /// A survey whose map has the footprint of a hull of the given radius, if any.
-fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> Survey {
+fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> RunRecord {
     let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
     let recording = log::read(&file).unwrap();
     let mut config = Config {
@@ -29,7 +29,7 @@ fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile
         ..Config::amiro(profile)
     };
     config.photometry.x_max_m = 0.17;
-    let mut survey = Survey::new(&config, 0.010, hull_m);
+    let mut survey = RunRecord::new(&config, 0.010, hull_m);
     let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
     assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
     survey
@@ -47,7 +47,7 @@ fn walls_of_the_recorded_drives_are_found_where_they_stand() {
         ("Right_Right", false, true),
     ] {
         let survey = survey(&folder, drive, Profile::Plus);
-        let legs = WallReport::by_leg(&Surroundings::new(&survey.map(), &survey.path()));
+        let legs = WallReport::by_leg(&MappedPath::new(&survey.map(), &survey.path()));
         let leg = legs.first().unwrap();
         for (side, is_wall) in [(leg.left, left), (leg.right, right)] {
             assert_eq!(side.claimed, is_wall, "{drive}: {leg}");
@@ -66,7 +66,7 @@ fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
     let Some(folder) = common::recordings() else {
         return common::skip("no recordings");
     };
-    let under_the_hull = |survey: &Survey| {
+    let under_the_hull = |survey: &RunRecord| {
         let map = survey.map();
         let under = map.cells_of(Occupancy::Occupied).filter(|cell| {
             let (x, y) = map.centre(*cell);

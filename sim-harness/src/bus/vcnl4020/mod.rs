@@ -1,7 +1,7 @@
 //! VCNL4020: proximity and ambient light, behind seventeen registers.
 
 mod cadence;
-mod light;
+mod optical_input;
 mod part;
 mod registers;
 mod thresholds;

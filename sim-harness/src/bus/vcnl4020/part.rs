@@ -1,18 +1,18 @@
 //! The part: what it says on the bus, and what it sees.
 
-use super::light::Light;
+use super::optical_input::OpticalInput;
 use super::registers::{PROXIMITY_NS, Registers, Timing};
-use crate::bus::{Device, Fault, SensorFault};
+use crate::bus::{Device, InjectedBusFault, Vcnl4020Fault};
 
 /// The only address there is.
 const ADDRESS: u8 = 0x13;
 
 /// What the master is doing with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Talk {
+enum RegisterTransfer {
     /// Nothing.
     #[default]
-    Silent,
+    Idle,
     /// The next byte is a register's number.
     Register,
     /// The next byte is for the register.
@@ -33,7 +33,7 @@ pub struct Vcnl4020Model {
     registers: Registers,
     /// The register that the next byte goes to or comes from.
     pointer: u8,
-    talk: Talk,
+    transfer: RegisterTransfer,
     plugged: bool,
     /// It hears no start at this time.
     deaf_at_ns: Option<u64>,
@@ -41,7 +41,7 @@ pub struct Vcnl4020Model {
     /// The lower half that belongs to an upper half that was read, if the part latches.
     latched: Option<u8>,
     timing: Timing,
-    light: Light,
+    optical_input: OpticalInput,
 }
 
 impl Default for Vcnl4020Model {
@@ -49,7 +49,7 @@ impl Default for Vcnl4020Model {
         Self {
             registers: Registers::at_power_up(),
             pointer: 0,
-            talk: Talk::Silent,
+            transfer: RegisterTransfer::Idle,
             plugged: true,
             deaf_at_ns: None,
             latches: false,
@@ -58,7 +58,7 @@ impl Default for Vcnl4020Model {
                 phase_ns: PROXIMITY_NS,
                 error_ppm: 0,
             },
-            light: Light::default(),
+            optical_input: OpticalInput::default(),
         }
     }
 }
@@ -105,17 +105,17 @@ impl Vcnl4020Model {
     /// On a bus the time that has passed must be told before: see
     /// [`FakeBus::parts_mut`](crate::bus::FakeBus::parts_mut).
     pub fn set_signal(&mut self, raw: u16) {
-        self.light.set_signal(raw);
+        self.optical_input.set_signal(raw);
     }
 
     /// What the next proximity measurements give, one after the other; the last stays.
     pub fn queue_signals(&mut self, raw: impl IntoIterator<Item = u16>) {
-        self.light.queue_signals(raw);
+        self.optical_input.queue_signals(raw);
     }
 
     /// What ambient measurements give from now on, in counts.
     pub fn set_ambient(&mut self, raw: u16) {
-        self.light.ambient = raw;
+        self.optical_input.ambient = raw;
     }
 
     /// A register's content as a read would give it, without reading it.
@@ -146,7 +146,7 @@ impl Vcnl4020Model {
         self.registers = Registers::at_power_up();
         self.registers.identity = identity;
         self.pointer = 0;
-        self.talk = Talk::Silent;
+        self.transfer = RegisterTransfer::Idle;
     }
 }
 
@@ -155,23 +155,23 @@ impl Device for Vcnl4020Model {
         self.pass(now_ns);
         self.latched = None;
         let hears = self.plugged && self.deaf_at_ns != Some(now_ns);
-        self.talk = match (hears && address == ADDRESS, read) {
-            (false, _) => Talk::Silent,
-            (true, false) => Talk::Register,
-            (true, true) => Talk::Read,
+        self.transfer = match (hears && address == ADDRESS, read) {
+            (false, _) => RegisterTransfer::Idle,
+            (true, false) => RegisterTransfer::Register,
+            (true, true) => RegisterTransfer::Read,
         };
-        self.talk != Talk::Silent
+        self.transfer != RegisterTransfer::Idle
     }
 
     fn write(&mut self, byte: u8, now_ns: u64) -> bool {
         self.pass(now_ns);
-        match self.talk {
-            Talk::Silent | Talk::Read => return false,
-            Talk::Register => {
+        match self.transfer {
+            RegisterTransfer::Idle | RegisterTransfer::Read => return false,
+            RegisterTransfer::Register => {
                 self.pointer = byte;
-                self.talk = Talk::Write;
+                self.transfer = RegisterTransfer::Write;
             }
-            Talk::Write => {
+            RegisterTransfer::Write => {
                 let register = self.next_register();
                 self.registers.set(register, byte, self.timing, now_ns);
             }
@@ -181,7 +181,7 @@ impl Device for Vcnl4020Model {
 
     fn read(&mut self, now_ns: u64) -> u8 {
         self.pass(now_ns);
-        if self.talk != Talk::Read {
+        if self.transfer != RegisterTransfer::Read {
             return 0xff;
         }
         let register = self.next_register();
@@ -190,36 +190,38 @@ impl Device for Vcnl4020Model {
 
     fn stop(&mut self, now_ns: u64) {
         self.pass(now_ns);
-        self.talk = Talk::Silent;
+        self.transfer = RegisterTransfer::Idle;
     }
 
     fn pass(&mut self, now_ns: u64) {
-        self.registers.pass(&mut self.light, now_ns);
+        self.registers.pass(&mut self.optical_input, now_ns);
     }
 
     fn interrupts(&self) -> bool {
         self.plugged && self.registers.interrupts()
     }
 
-    fn inject(&mut self, fault: Fault, now_ns: u64) -> bool {
-        let Fault::Sensor { fault, .. } = fault else {
+    fn inject(&mut self, fault: InjectedBusFault, now_ns: u64) -> bool {
+        let InjectedBusFault::Sensor { fault, .. } = fault else {
             return false;
         };
         self.pass(now_ns);
-        if fault == SensorFault::Measures {
-            return self.registers.end_proximity(&mut self.light, now_ns);
+        if fault == Vcnl4020Fault::Measures {
+            return self
+                .registers
+                .end_proximity(&mut self.optical_input, now_ns);
         }
-        if fault == SensorFault::Deaf {
+        if fault == Vcnl4020Fault::Deaf {
             self.deaf_at_ns = Some(now_ns);
             return self.plugged;
         }
         let was_plugged = self.plugged;
         self.plugged = match fault {
-            SensorFault::Unplugged => false,
-            SensorFault::PluggedIn => true,
-            SensorFault::Reset | SensorFault::Measures | SensorFault::Deaf => was_plugged,
+            Vcnl4020Fault::Unplugged => false,
+            Vcnl4020Fault::PluggedIn => true,
+            Vcnl4020Fault::Reset | Vcnl4020Fault::Measures | Vcnl4020Fault::Deaf => was_plugged,
         };
-        let struck = fault == SensorFault::Reset && was_plugged || self.plugged != was_plugged;
+        let struck = fault == Vcnl4020Fault::Reset && was_plugged || self.plugged != was_plugged;
         if struck {
             self.power_up();
         }
@@ -369,10 +371,10 @@ mod tests {
         assert_eq!(read(&mut sensor, 0x80, 8 * MS + AMBIENT_NS), [0xa7]);
     }
 
-    fn measures() -> Fault {
-        Fault::Sensor {
+    fn measures() -> InjectedBusFault {
+        InjectedBusFault::Sensor {
             channel: 0,
-            fault: SensorFault::Measures,
+            fault: Vcnl4020Fault::Measures,
         }
     }
 
@@ -441,8 +443,8 @@ mod tests {
     fn another_part_says_so_after_a_reset_as_well() {
         let mut sensor = Vcnl4020Model::default();
         sensor.set_identity(0x32);
-        let fault = SensorFault::Reset;
-        assert!(sensor.inject(Fault::Sensor { channel: 0, fault }, 0));
+        let fault = Vcnl4020Fault::Reset;
+        assert!(sensor.inject(InjectedBusFault::Sensor { channel: 0, fault }, 0));
         assert_eq!(read(&mut sensor, 0x81, 0), [0x32]);
     }
 
@@ -487,23 +489,26 @@ mod tests {
     #[test]
     fn a_sensor_whose_supply_failed_is_as_after_power_up() {
         let strike = |sensor: &mut Vcnl4020Model, fault| {
-            sensor.inject(Fault::Sensor { channel: 2, fault }, 20 * MS)
+            sensor.inject(InjectedBusFault::Sensor { channel: 2, fault }, 20 * MS)
         };
         let mut sensor = measuring();
         sensor.set_signal(300);
         sensor.pass(10 * MS);
-        assert!(strike(&mut sensor, SensorFault::Reset));
+        assert!(strike(&mut sensor, Vcnl4020Fault::Reset));
         assert_eq!(read(&mut sensor, 0x80, 90 * MS), [0x80, 0x21, 0, 0x02]);
         assert_eq!(read(&mut sensor, 0x87, 90 * MS), [0, 0]);
-        assert!(!strike(&mut sensor, SensorFault::Measures), "it is idle");
-        assert!(strike(&mut sensor, SensorFault::Unplugged));
-        assert!(!strike(&mut sensor, SensorFault::Unplugged), "already out");
+        assert!(!strike(&mut sensor, Vcnl4020Fault::Measures), "it is idle");
+        assert!(strike(&mut sensor, Vcnl4020Fault::Unplugged));
         assert!(
-            !strike(&mut sensor, SensorFault::Reset),
+            !strike(&mut sensor, Vcnl4020Fault::Unplugged),
+            "already out"
+        );
+        assert!(
+            !strike(&mut sensor, Vcnl4020Fault::Reset),
             "of what is not there"
         );
         assert!(!sensor.start(ADDRESS, true, 90 * MS));
-        assert!(strike(&mut sensor, SensorFault::PluggedIn));
+        assert!(strike(&mut sensor, Vcnl4020Fault::PluggedIn));
         assert!(sensor.start(ADDRESS, true, 90 * MS));
     }
 }

@@ -1,7 +1,7 @@
 //! The registers and what the part does by itself.
 
 use super::cadence::Cadence;
-use super::light::Light;
+use super::optical_input::OpticalInput;
 use super::thresholds::{Quantity, Thresholds};
 
 /// Register 0x81: product 2, revision 1.
@@ -178,7 +178,7 @@ impl Registers {
     }
 
     /// Ends the measurements that are over by now.
-    pub(super) fn pass(&mut self, light: &mut Light, now_ns: u64) {
+    pub(super) fn pass(&mut self, light: &mut OpticalInput, now_ns: u64) {
         while has_ended(&mut self.periodic_proximity, now_ns) {
             self.measure_proximity(light);
         }
@@ -197,7 +197,7 @@ impl Registers {
     }
 
     /// Ends the periodic proximity measurement under way; whether there is one.
-    pub(super) fn end_proximity(&mut self, light: &mut Light, now_ns: u64) -> bool {
+    pub(super) fn end_proximity(&mut self, light: &mut OpticalInput, now_ns: u64) -> bool {
         let Some(cadence) = &mut self.periodic_proximity else {
             return false;
         };
@@ -218,14 +218,14 @@ impl Registers {
         self.periodic_proximity.map(|cadence| cadence.next_ns())
     }
 
-    fn measure_proximity(&mut self, light: &mut Light) {
+    fn measure_proximity(&mut self, light: &mut OpticalInput) {
         self.proximity_result = light.next_signal();
         self.command |= command::PROXIMITY_READY;
         self.thresholds
             .judge(Quantity::Proximity, self.proximity_result);
     }
 
-    fn measure_ambient(&mut self, light: &Light) {
+    fn measure_ambient(&mut self, light: &OpticalInput) {
         self.ambient_result = light.ambient;
         self.command |= command::AMBIENT_READY;
         self.thresholds

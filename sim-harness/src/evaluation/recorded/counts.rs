@@ -41,11 +41,11 @@ type Pairs = Vec<(f64, f64)>;
 
 /// Expected and recorded counts by sensor.
 #[derive(Clone, Debug)]
-pub(super) struct Comparison {
+pub(super) struct CountComparison {
     pairs: [Pairs; SENSORS],
 }
 
-impl Comparison {
+impl CountComparison {
     /// Expects what the simulator's sensing gives without noise, clipped at 0 as the
     /// recorder did.
     pub(super) fn of(series: &[Series], photometry: &Photometry, physics: Physics) -> Self {
@@ -254,7 +254,7 @@ mod tests {
             let series = simulated(&Series::blank(), &law, physics);
             let found = alpha_under(&series, &law, physics).unwrap();
             assert!((found / 1.5 - 1.0).abs() < 1e-3, "{physics}: {found}");
-            let together = Comparison::of(&[series], &law, physics).together();
+            let together = CountComparison::of(&[series], &law, physics).together();
             assert!(together.rms_counts < 1e-9, "{physics}: {together:?}");
         }
     }

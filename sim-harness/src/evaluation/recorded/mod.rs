@@ -25,7 +25,7 @@ use std::path::Path;
 use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
-use self::counts::{Comparison, alpha_under, matched_alpha, simulated};
+use self::counts::{CountComparison, alpha_under, matched_alpha, simulated};
 use self::series::Series;
 use crate::RunError;
 use crate::calibration::{FitError, FixedError, TableError};
@@ -169,9 +169,9 @@ impl PhysicsError {
         is_own_alpha: bool,
     ) -> Self {
         let law = with_alpha(law, alpha);
-        let comparison = Comparison::of(all, &law, physics);
+        let comparison = CountComparison::of(all, &law, physics);
         let alone = |series: &Series| {
-            let alone = Comparison::of(std::slice::from_ref(series), &law, physics);
+            let alone = CountComparison::of(std::slice::from_ref(series), &law, physics);
             (series.name, alone.together())
         };
         Self {

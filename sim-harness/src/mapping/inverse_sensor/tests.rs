@@ -4,7 +4,7 @@ use super::*;
 use crate::drive::Return;
 use crate::geometry::Pose2;
 use crate::mapping::Occupancy;
-use crate::rig::Mount;
+use crate::rig::SensorMount;
 use crate::sensors::{Cone, Infrared, Scanner, Sensor};
 use amiro_ipf::model::Photometry;
 
@@ -18,7 +18,7 @@ fn rig(sensor: Sensor) -> Rig {
         about: "One sensor that looks forward.".to_owned(),
         radius_m: 0.1,
         track_m: None,
-        mounts: vec![Mount {
+        mounts: vec![SensorMount {
             name: "sensor".to_owned(),
             body_from_sensor: Pose2::new(0.0, 0.0, 0.0),
             sensor,
@@ -47,7 +47,7 @@ fn mapped(
 ) -> InverseSensorMapper {
     let mut mapper = InverseSensorMapper::new(cell_m, rig, parameters);
     for ((x, y), measured) in scans {
-        mapper.take(&Record::Scan(Scan {
+        mapper.take(&Record::Scan(RangeScan {
             stamp_us: 0,
             world_from_body: Pose2::new(*x, *y, 0.0),
             mounts: 0..1,

@@ -10,7 +10,7 @@ const ARM_PX: f64 = 5.0;
 const THIN_PX: f64 = 2.0;
 
 /// A point in the units of the axes: x and y.
-type Point = (f64, f64);
+type ChartPoint = (f64, f64);
 
 /// Marks of one colour.
 #[derive(Clone, Debug)]
@@ -27,21 +27,21 @@ pub(super) struct Layer {
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
     /// A line through points, of a width in pixels.
-    Line(Vec<Point>, f64),
+    Line(Vec<ChartPoint>, f64),
     /// Round dots of a diameter in pixels.
-    Dots(Vec<Point>, f64),
+    Dots(Vec<ChartPoint>, f64),
     /// Diagonal crosses.
-    Crosses(Vec<Point>),
+    Crosses(Vec<ChartPoint>),
     /// Bars from the low end of the axis up to a point in the middle of their top, of a
     /// width in units of the horizontal axis.
-    Bars(Vec<Point>, f64),
+    Bars(Vec<ChartPoint>, f64),
     /// Vertical lines with ends: position on the horizontal axis, lower and upper end.
     Whiskers(Vec<(f64, f64, f64)>),
 }
 
 impl Layer {
     /// Draws all marks into a plot; parts outside the plot are cut.
-    pub(super) fn draw(&self, plot: &mut Picture, place: impl Fn(Point) -> PixelPosition) {
+    pub(super) fn draw(&self, plot: &mut Picture, place: impl Fn(ChartPoint) -> PixelPosition) {
         let mut lines = LineDrawing::new(plot.width(), plot.height());
         for mark in &self.marks {
             match mark {

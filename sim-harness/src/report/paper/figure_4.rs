@@ -4,7 +4,7 @@ use amiro_ipf::filter::Profile;
 
 use super::one_sensor::{self, arc_mm};
 use super::page_section::{PageSection, Panel};
-use super::two_steps::{self, Cloud, OBJECT_M, PARTICLES, Step};
+use super::two_steps::{self, Cloud, OBJECT_M, PARTICLES, RecordedStep};
 use crate::report::chart::{Axis, Chart, Mark};
 use crate::report::picture::Colour;
 
@@ -69,7 +69,7 @@ pub(super) fn draw(seed: u64) -> PageSection {
 }
 
 fn panel(
-    step: &Step,
+    step: &RecordedStep,
     part: &str,
     title: &str,
     note: String,

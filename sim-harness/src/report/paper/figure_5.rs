@@ -5,7 +5,7 @@ use amiro_ipf::filter::Profile;
 use super::figure_4::{REJECTED, SURVIVED};
 use super::one_sensor;
 use super::page_section::{PageSection, Panel};
-use super::two_steps::{self, Cloud, Step};
+use super::two_steps::{self, Cloud, RecordedStep};
 use crate::drive::FilterRecords;
 use crate::lattice::Cell;
 use crate::mapping::{CountingMapper, InverseSensorMapper, InverseSensorParameters, Map, Mapper};
@@ -65,9 +65,9 @@ pub(super) fn draw(seed: u64) -> PageSection {
 }
 
 /// Both steps' particles at their positions in the world.
-fn scatter(steps: &[Step], part: &str, title: &str) -> Panel {
-    let in_world = |of: fn(&Step) -> &Cloud| {
-        let moved = |step: &Step| {
+fn scatter(steps: &[RecordedStep], part: &str, title: &str) -> Panel {
+    let in_world = |of: fn(&RecordedStep) -> &Cloud| {
+        let moved = |step: &RecordedStep| {
             let travelled_mm = 1e3 * f64::from(step.travelled_m);
             let points = of(step).iter();
             points
@@ -85,27 +85,27 @@ fn scatter(steps: &[Step], part: &str, title: &str) -> Panel {
     Panel::new(NAME, part, alternative, chart.render())
 }
 
-fn counted(steps: &[Step]) -> Map {
+fn counted(steps: &[RecordedStep]) -> Map {
     mapped(CountingMapper::new(CELL_M), steps)
 }
 
-fn mapped(mut mapper: impl Mapper, steps: &[Step]) -> Map {
+fn mapped(mut mapper: impl Mapper, steps: &[RecordedStep]) -> Map {
     let config = one_sensor::config(Profile::Paper);
     let mut records = FilterRecords::new(config.photometry);
-    for event in steps.iter().flat_map(Step::events) {
+    for event in steps.iter().flat_map(RecordedStep::events) {
         records.translate(&event, &mut |record| mapper.take(record));
     }
     mapper.map()
 }
 
-fn inverse_sensor_map(steps: &[Step]) -> Map {
+fn inverse_sensor_map(steps: &[RecordedStep]) -> Map {
     let config = one_sensor::config(Profile::Paper);
     let parameters = InverseSensorParameters::STANDARD;
     let mapper = InverseSensorMapper::new(CELL_M, &Rig::from(&config), parameters);
     mapped(mapper, steps)
 }
 
-fn picture(title: &str, map: &Map, steps: &[Step]) -> Picture {
+fn picture(title: &str, map: &Map, steps: &[RecordedStep]) -> Picture {
     let positions = steps.iter().map(|step| step.begun.pose.position);
     let path: Vec<_> = positions
         .map(|at| (f64::from(at.x), f64::from(at.y)))

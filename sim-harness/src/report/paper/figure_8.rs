@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::FigureError;
-use super::page_section::{PageSection, PageTable, Panel, Row};
+use super::page_section::{PageSection, PageTable, Panel, PanelRow};
 use super::scenario_maps::{Conditions, paper_name};
 use super::scores::{COLUMNS, COVERAGE, OE, OE_PLAIN, RECALL, Score, TPR, judged, percent};
 use crate::evaluation::Scores;
@@ -76,7 +76,7 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<PageSection, FigureError> {
         name: NAME,
         title: "Figure 8: overall mapping errors",
         caption: CAPTION,
-        rows: vec![Row {
+        rows: vec![PanelRow {
             heading: format!("Seeds {first} to {last}"),
             panels,
         }],

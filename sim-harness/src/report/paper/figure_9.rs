@@ -1,7 +1,7 @@
 //! Figure 9: maps of the five scenarios, and of the T junction half way.
 
 use super::FigureError;
-use super::page_section::{PageSection, Panel, Row};
+use super::page_section::{PageSection, Panel, PanelRow};
 use super::scenario_maps::{Conditions, ScenarioMaps, paper_name};
 use crate::evaluation::{Scores, Truth};
 use crate::geometry::Pose2;
@@ -97,7 +97,7 @@ pub(super) fn draw(seed: u64) -> Result<PageSection, FigureError> {
 }
 
 /// The T junction when the robot is at the openings and has turned into neither.
-fn draw_half_way(scenario: &Scenario, seed: u64) -> Result<Row, FigureError> {
+fn draw_half_way(scenario: &Scenario, seed: u64) -> Result<PanelRow, FigureError> {
     let openings = scenario.openings.iter();
     let until_m = openings.map(|opening| opening.judged_at_m);
     let conditions = Conditions {
@@ -116,7 +116,7 @@ fn draw_row(
     heading: String,
     wanted: &[Wanted],
     conditions: &Conditions,
-) -> Result<Row, FigureError> {
+) -> Result<PanelRow, FigureError> {
     let methods: Vec<_> = wanted.iter().map(|(_, _, method)| *method).collect();
     let ScenarioMaps { maps, poses } = ScenarioMaps::new(scenario, &methods, conditions)?;
     let truth = Truth::of(scenario, &poses);
@@ -147,7 +147,7 @@ fn draw_row(
             ..Panel::new(NAME, part, alternative, picture)
         }
     });
-    Ok(Row {
+    Ok(PanelRow {
         heading,
         panels: panels.collect(),
     })

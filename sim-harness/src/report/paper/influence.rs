@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::FigureError;
-use super::page_section::{PageSection, PageTable, Panel, Row};
+use super::page_section::{PageSection, PageTable, Panel, PanelRow};
 use super::scenario_maps::Conditions;
 use super::scores::{COLUMNS, COVERAGE, OE, RECALL, Score, judged, percent};
 use crate::evaluation::Scores;
@@ -101,7 +101,7 @@ pub(super) fn draw(seeds: &Range<u64>) -> Result<PageSection, FigureError> {
             variation.panel("recall", "Surface recall", &curves, RECALL),
             variation.panel("coverage", "Coverage", &curves, COVERAGE),
         ];
-        rows.push(Row {
+        rows.push(PanelRow {
             heading: variation.heading.to_owned(),
             panels,
         });

@@ -19,5 +19,5 @@ mod scores;
 mod two_steps;
 
 pub use page::page;
-pub use page_section::{PageSection, PageTable, Panel, Row};
+pub use page_section::{PageSection, PageTable, Panel, PanelRow};
 pub use paper_figure::{FigureError, PaperFigure};

@@ -110,7 +110,7 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::page_section::Row;
+    use super::super::page_section::PanelRow;
     use super::*;
     use crate::report::picture::Picture;
 
@@ -134,7 +134,7 @@ mod tests {
             name: "figure-0",
             title: "A & B",
             caption: "1 < 2",
-            rows: vec![Row {
+            rows: vec![PanelRow {
                 heading: "<h>".to_owned(),
                 panels: vec![panel("one"), panel("two")],
             }],

@@ -12,7 +12,7 @@ pub struct PageSection {
     /// What the figure shows, how it was made and what the paper reports.
     pub caption: &'static str,
     /// Pictures, row by row.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PanelRow>,
     /// Tables below the pictures.
     pub tables: Vec<PageTable>,
     /// File name and picture for a place with room for one picture; not on the page.
@@ -21,7 +21,7 @@ pub struct PageSection {
 
 /// Pictures side by side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct PanelRow {
     /// What they have in common; may be empty.
     pub heading: String,
     /// The pictures, from left to right.
@@ -59,7 +59,7 @@ impl PageSection {
     }
 }
 
-impl From<Vec<Panel>> for Row {
+impl From<Vec<Panel>> for PanelRow {
     /// A row without a heading.
     fn from(panels: Vec<Panel>) -> Self {
         Self {

@@ -23,7 +23,7 @@ const GATE: u8 = 2;
 pub(super) type Cloud = Vec<(f64, f64)>;
 
 /// One of the steps.
-pub(super) struct Step {
+pub(super) struct RecordedStep {
     /// The input of the step.
     pub(super) begun: StepBegun,
     /// Distance since the start, metres.
@@ -38,7 +38,7 @@ pub(super) struct Step {
     pub(super) drawn: Cloud,
 }
 
-impl Step {
+impl RecordedStep {
     /// The step as a node reports it.
     pub(super) fn events(&self) -> Vec<Event> {
         let batch = |outcomes: &[ParticleEvent]| {
@@ -54,7 +54,7 @@ impl Step {
 }
 
 /// The steps at t = 0, 1 and 2.
-pub(super) fn take(profile: Profile, seed: u64) -> Vec<Step> {
+pub(super) fn take(profile: Profile, seed: u64) -> Vec<RecordedStep> {
     let mut config = one_sensor::config(profile);
     config.parameters.gate = GATE;
     let model = config.model();
@@ -80,7 +80,7 @@ pub(super) fn take(profile: Profile, seed: u64) -> Vec<Step> {
                 .map(|event| before_sensor_mm(event.position()))
                 .collect()
         };
-        steps.push(Step {
+        steps.push(RecordedStep {
             travelled_m,
             survived: of([Outcome::SurvivedPastGate, Outcome::SurvivedBelowGate]),
             rejected: of([Outcome::RejectedFree, Outcome::RejectedUnobserved]),

@@ -6,7 +6,7 @@ use amiro_ipf::board::i2c::muxed_bus::{MuxedBus, ROUND_PERIOD_US};
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
-use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, SensorFault, on_sensor};
+use sim_harness::bus::{FakeBus, RobotBuses, RobotParts, Vcnl4020Fault, on_sensor};
 
 /// Rounds after which sound sensors have become trusted: one configures, ten readings,
 /// and one more for clocks that have not ticked yet.
@@ -113,7 +113,7 @@ impl Bench {
     }
 
     /// Something happens to a sensor now.
-    pub(crate) fn strike(&mut self, sensor: usize, fault: SensorFault) {
+    pub(crate) fn strike(&mut self, sensor: usize, fault: Vcnl4020Fault) {
         let bus = self.buses.bus_of_mut(sensor);
         let now_ns = bus.now_ns();
         bus.script.from_time(now_ns, on_sensor(sensor, fault));

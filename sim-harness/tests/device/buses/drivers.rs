@@ -3,7 +3,7 @@
 
 use amiro_ipf::random::{Generator, uniform_below};
 use pca9544a::{Address, Channel, Pca9544a};
-use sim_harness::bus::{FakeBus, FakeBusError, Fault, RobotBuses, Vcnl4020Model};
+use sim_harness::bus::{FakeBus, FakeBusError, InjectedBusFault, RobotBuses, Vcnl4020Model};
 use vcnl4020::{
     Ambient, Command, Compared, Configuration, Error, InterruptControl, InterruptStatus,
     LedCurrent, ProximityRate, Vcnl4020,
@@ -85,7 +85,10 @@ fn a_start_that_a_fault_ends_at_any_byte_can_be_repeated() {
     assert_eq!(sensor.start(&FAST), Ok(()));
     let bytes = sensor.release().bytes();
     assert!(bytes > 10);
-    for fault in [Fault::NoAcknowledge, Fault::ArbitrationLost] {
+    for fault in [
+        InjectedBusFault::NoAcknowledge,
+        InjectedBusFault::ArbitrationLost,
+    ] {
         for at in 0..bytes {
             let mut wire = bus(2_600);
             wire.script.at_byte(at, fault);
@@ -95,7 +98,7 @@ fn a_start_that_a_fault_ends_at_any_byte_can_be_repeated() {
                     assert_eq!(sensor.start(&FAST), Ok(()), "{fault:?} at {at}");
                 }
                 // A byte that is read cannot be refused.
-                outcome => assert_eq!((outcome, fault), (Ok(()), Fault::NoAcknowledge)),
+                outcome => assert_eq!((outcome, fault), (Ok(()), InjectedBusFault::NoAcknowledge)),
             }
             assert_eq!(sensor.command(), Ok(Command(0x83)), "{fault:?} at {at}");
         }

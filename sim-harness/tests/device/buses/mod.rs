@@ -7,21 +7,21 @@ mod drivers;
 mod rounds;
 
 use amiro_ipf::board::acquisition::Bus;
-use amiro_ipf::board::sensor_state::{SensorFault as Known, SensorState};
+use amiro_ipf::board::sensor_state::{SensorFault, SensorState};
 use amiro_ipf::model::{Photometry, Reading, SENSORS, Sample};
 use amiro_ipf::random::{Generator, uniform_below};
 use bench::Bench;
 use embedded_hal::i2c::I2c;
-use sim_harness::bus::{FakeBus, Fault, MuxFault, Random, SensorFault, Vcnl4020Model};
+use sim_harness::bus::{FakeBus, InjectedBusFault, MuxFault, Random, Vcnl4020Fault, Vcnl4020Model};
 
 const ROUND_US: u64 = 8_000;
 
 /// All faults of the multiplexer; a lost write rarely has an effect, so it comes more often.
-fn mux_faults() -> Vec<Fault> {
+fn mux_faults() -> Vec<InjectedBusFault> {
     let mut faults = vec![MuxFault::WriteLost; 4];
     faults.extend([0, 1, 2, 3].map(MuxFault::Jump));
     faults.push(MuxFault::Reset);
-    faults.into_iter().map(Fault::Mux).collect()
+    faults.into_iter().map(InjectedBusFault::Mux).collect()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn f01_an_unplugged_sensor_is_missing_within_24_ms_and_the_others_lose_nothing()
         let mut bench = Bench::running(1);
         let before = bench.readings();
         let from_us = bench.next_round_us();
-        bench.strike(unplugged, SensorFault::Unplugged);
+        bench.strike(unplugged, Vcnl4020Fault::Unplugged);
         while bench.states()[unplugged] != SensorState::Missing {
             bench.round();
         }
@@ -58,14 +58,18 @@ fn f01_an_unplugged_sensor_is_missing_within_24_ms_and_the_others_lose_nothing()
             let expected = if sensor == unplugged { 250 } else { 0 };
             assert_eq!(lost, expected, "sensor {sensor} of unplugged {unplugged}");
         }
-        bench.strike(unplugged, SensorFault::PluggedIn);
+        bench.strike(unplugged, Vcnl4020Fault::PluggedIn);
         bench.rounds(140);
         assert_eq!(bench.states(), [SensorState::Good; SENSORS]);
     }
 }
 
 /// Rounds from power-up or from trust on, with a fault at each byte of one bus in turn.
-fn at_every_byte(fresh: fn() -> Bench, fault: Fault, mut judge: impl FnMut(&mut Bench, String)) {
+fn at_every_byte(
+    fresh: fn() -> Bench,
+    fault: InjectedBusFault,
+    mut judge: impl FnMut(&mut Bench, String),
+) {
     for bus in 0..2 {
         // How many bytes three rounds have without a fault.
         let mut bench = fresh();
@@ -84,7 +88,10 @@ fn at_every_byte(fresh: fn() -> Bench, fault: Fault, mut judge: impl FnMut(&mut 
 #[test]
 fn f02_a_refusal_or_lost_arbitration_at_any_byte_gives_no_wrong_reading() {
     let mut hits = 0;
-    for fault in [Fault::NoAcknowledge, Fault::ArbitrationLost] {
+    for fault in [
+        InjectedBusFault::NoAcknowledge,
+        InjectedBusFault::ArbitrationLost,
+    ] {
         for fresh in [|| Bench::new(2), || Bench::running(2)] {
             at_every_byte(fresh, fault, |bench, story| {
                 for _ in 0..4 {
@@ -107,7 +114,7 @@ fn f03_a_data_line_held_low_from_any_byte_on_gives_no_wrong_reading() {
     for clocks in [9, 18] {
         at_every_byte(
             || Bench::running(3),
-            Fault::SdaLow { clocks },
+            InjectedBusFault::SdaLow { clocks },
             |bench, story| {
                 for _ in 0..4 {
                     bench.round();
@@ -128,7 +135,7 @@ fn f06_without_a_mux_its_four_sensors_are_missing_and_come_back() {
     let from_us = bench.next_round_us();
     let (from_ns, to_ns) = (from_us * 1_000, (from_us + 100 * ROUND_US) * 1_000);
     let script = &mut bench.buses.one.script;
-    script.between(from_ns, to_ns, Fault::NoAcknowledge);
+    script.between(from_ns, to_ns, InjectedBusFault::NoAcknowledge);
     bench.rounds(3);
     let of_one = [true, true, true, false, false, false, false, true];
     let missing = bench.states().map(|state| state == SensorState::Missing);
@@ -152,7 +159,7 @@ fn f07_a_mux_fault_at_any_byte_credits_no_reading_to_another_sensor() {
         for fault in [fault, MuxFault::WriteLost, MuxFault::Reset] {
             at_every_byte(
                 || Bench::running(4),
-                Fault::Mux(fault),
+                InjectedBusFault::Mux(fault),
                 |bench, story| {
                     for _ in 0..2 {
                         bench.round();
@@ -264,7 +271,7 @@ fn f12_a_sensor_in_saturating_light_is_faulty_after_its_next_ambient_measurement
     let mut bench = Bench::running(1);
     bench.rounds(63);
     bench.buses.sensor_mut(6).set_ambient(45_000);
-    let dazzled = SensorState::Faulty(Known::Dazzled);
+    let dazzled = SensorState::Faulty(SensorFault::Dazzled);
     // Two ambient results a second.
     let rounds = (1..).find(|_| {
         bench.round();
@@ -328,7 +335,7 @@ fn f13_every_code_of_every_sensor_means_a_finite_range_and_more_counts_a_nearer_
 fn f14_garbage_is_left_out_within_two_seconds() {
     for seed in 1..=3 {
         let mut bench = Bench::running(seed);
-        let garbage = SensorState::Faulty(Known::Garbage);
+        let garbage = SensorState::Faulty(SensorFault::Garbage);
         let found = (1..=250).find(|_| {
             bench.set_tags();
             let random = bench.below(1 << 16) as u16;
@@ -391,7 +398,7 @@ fn f15_no_value_older_than_16_ms_is_used() {
 fn f16_a_sensor_that_lost_its_configuration_delivers_again_within_1_2_seconds() {
     for sensor in 0..SENSORS {
         let mut bench = Bench::running(1);
-        bench.strike(sensor, SensorFault::Reset);
+        bench.strike(sensor, Vcnl4020Fault::Reset);
         let from_us = bench.next_round_us();
         bench.round();
         assert_eq!(bench.samples()[sensor], Sample::Missing);
@@ -410,7 +417,10 @@ fn f16_another_part_in_a_sensors_place_is_not_written_to() {
     let mut bench = Bench::new(1);
     bench.buses.sensor_mut(0).set_identity(0x32);
     bench.rounds(300);
-    assert_eq!(bench.states()[0], SensorState::Faulty(Known::WrongIdentity));
+    assert_eq!(
+        bench.states()[0],
+        SensorState::Faulty(SensorFault::WrongIdentity)
+    );
     let part = bench.buses.sensor_mut(0);
     assert_eq!(
         [0x80, 0x82, 0x83].map(|at| part.register(at)),
@@ -485,7 +495,7 @@ fn f17_the_ready_bit_alone_does_not_prevent_torn_values() {
 fn f18_with_all_eight_missing_nothing_is_delivered() {
     let mut bench = Bench::running(1);
     for sensor in 0..SENSORS {
-        bench.strike(sensor, SensorFault::Unplugged);
+        bench.strike(sensor, Vcnl4020Fault::Unplugged);
     }
     let before = bench.readings();
     bench.rounds(3);

@@ -4,7 +4,7 @@ use amiro_ipf::board::acquisition::{AMIRO_CONNECTIONS, BUSES, Bus, ProximityRing
 use amiro_ipf::board::i2c::muxed_bus::{ROUND_PERIOD_US, USUAL_ROUND_CLOCKS, longest_round_us};
 use amiro_ipf::board::sensor_state::SensorState;
 use amiro_ipf::model::{SENSORS, Sample};
-use sim_harness::bus::{Fault, MuxFault, SensorFault};
+use sim_harness::bus::{InjectedBusFault, MuxFault, Vcnl4020Fault};
 
 use super::at_every_byte;
 use super::bench::{Bench, execute};
@@ -27,7 +27,7 @@ fn a_usual_round_takes_the_documented_time() {
 #[test]
 fn a_round_that_finds_its_sensors_reset_takes_the_documented_time() {
     let mut bench = Bench::running(1);
-    (0..SENSORS).for_each(|sensor| bench.strike(sensor, SensorFault::Reset));
+    (0..SENSORS).for_each(|sensor| bench.strike(sensor, Vcnl4020Fault::Reset));
     // All faults are due at the first byte.
     assert_eq!(clocks_of_round(&mut bench), [4 * 243; 2]);
     for sensor in 0..SENSORS {
@@ -59,12 +59,14 @@ fn no_round_at_400_khz_reaches_into_the_next() {
                     channel = control & 3;
                     is_read = false;
                 }
-                (0x77, []) if is_read => script.from_time(now_ns, Fault::Mux(MuxFault::Reset)),
+                (0x77, []) if is_read => {
+                    script.from_time(now_ns, InjectedBusFault::Mux(MuxFault::Reset))
+                }
                 // A result is ready, and another one comes before each reading of it.
                 (0x13, [register @ (0x80 | 0x87)]) => {
                     is_read = *register == 0x87;
-                    let fault = SensorFault::Measures;
-                    script.from_time(now_ns, Fault::Sensor { channel, fault });
+                    let fault = Vcnl4020Fault::Measures;
+                    script.from_time(now_ns, InjectedBusFault::Sensor { channel, fault });
                 }
                 _ => {}
             }
@@ -82,7 +84,7 @@ fn no_round_at_400_khz_reaches_into_the_next() {
 fn second_readouts_do_not_begin_late() {
     let mut bench = Bench::running(1);
     // On the second bus, channel 3.
-    bench.strike(5, SensorFault::Unplugged);
+    bench.strike(5, Vcnl4020Fault::Unplugged);
     let mut now_us = bench.next_round_us();
     let muxed = bench.ring.bus_mut(Bus::I2c2);
     let bus = bench.buses.bus_mut(1);
@@ -102,7 +104,7 @@ fn second_readouts_do_not_begin_late() {
 #[test]
 fn f01_a_silent_sensor_is_tried_twice_per_round_and_once_per_second_when_it_is_missing() {
     let mut bench = Bench::running(1);
-    bench.strike(5, SensorFault::Unplugged);
+    bench.strike(5, Vcnl4020Fault::Unplugged);
     let mut readouts = || {
         let mut readouts = 0;
         bench.round_with(true, |_, number, transaction| {
@@ -140,7 +142,10 @@ fn measuring_between_rounds(error_ppm: i32) -> Bench {
 fn f02_a_refusal_or_lost_arbitration_at_any_byte_costs_no_reading() {
     let expected = measuring_between_rounds(0).readings();
     let expected = expected.map(|readings| readings + 4);
-    for fault in [Fault::NoAcknowledge, Fault::ArbitrationLost] {
+    for fault in [
+        InjectedBusFault::NoAcknowledge,
+        InjectedBusFault::ArbitrationLost,
+    ] {
         at_every_byte(
             || measuring_between_rounds(0),
             fault,

@@ -14,7 +14,7 @@ use crate::board::proximity_sensor::ProximitySensor;
 
 /// What the next transaction is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum ReadoutStep {
     Idle,
     Deselect,
     ConfirmNone,
@@ -48,7 +48,7 @@ enum ReadoutResult {
 pub struct MuxedBus {
     sensors: [ProximitySensor; 4],
     selection: Selection,
-    step: Step,
+    step: ReadoutStep,
     /// The channel that is read.
     channel: Channel,
     result_so_far: ReadoutResult,
@@ -73,7 +73,7 @@ impl MuxedBus {
         Self {
             sensors: [ProximitySensor::new(); 4],
             selection: Selection::Unknown,
-            step: Step::Idle,
+            step: ReadoutStep::Idle,
             channel: Channel::Zero,
             result_so_far: ReadoutResult::NothingNew,
             todo: Channels::NONE,
@@ -119,7 +119,7 @@ impl MuxedBus {
     /// Whether no round is in progress.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.step == Step::Idle
+        self.step == ReadoutStep::Idle
     }
 
     /// Begins a round, every [`ROUND_PERIOD_US`](super::ROUND_PERIOD_US). `moving` says
@@ -152,29 +152,33 @@ impl MuxedBus {
     /// The transaction to execute now, until [`MuxedBus::answer`] takes its result;
     /// `None` when the round is over. About a hundred instructions.
     pub fn next(&mut self, now_us: u64) -> Option<BusTransaction> {
-        let begins = matches!(self.step, Step::Deselect | Step::Select);
+        let begins = matches!(self.step, ReadoutStep::Deselect | ReadoutStep::Select);
         let elapsed_us = now_us.saturating_sub(self.began_us);
         if self.is_second_pass && begins && elapsed_us >= SECOND_READOUTS_UNTIL_US {
             self.end_round(now_us);
         }
         Some(match self.step {
-            Step::Idle => return None,
-            Step::Deselect => const { BusTransaction::of_mux(&mux::deselect(MUX_ADDRESS)) },
-            Step::Select => BusTransaction::of_mux(&mux::select(MUX_ADDRESS, self.channel)),
-            Step::ConfirmNone | Step::ConfirmSelected | Step::ConfirmStill => {
+            ReadoutStep::Idle => return None,
+            ReadoutStep::Deselect => const { BusTransaction::of_mux(&mux::deselect(MUX_ADDRESS)) },
+            ReadoutStep::Select => BusTransaction::of_mux(&mux::select(MUX_ADDRESS, self.channel)),
+            ReadoutStep::ConfirmNone | ReadoutStep::ConfirmSelected | ReadoutStep::ConfirmStill => {
                 const { BusTransaction::of_mux(&mux::read_control(MUX_ADDRESS)) }
             }
-            Step::ReadCommand => const { BusTransaction::of_sensor(&part::read_command()) },
-            Step::ReadResult => const { BusTransaction::of_sensor(&part::read_measurement()) },
-            Step::ReadAgain | Step::ReadOnceMore => {
+            ReadoutStep::ReadCommand => const { BusTransaction::of_sensor(&part::read_command()) },
+            ReadoutStep::ReadResult => {
+                const { BusTransaction::of_sensor(&part::read_measurement()) }
+            }
+            ReadoutStep::ReadAgain | ReadoutStep::ReadOnceMore => {
                 const { BusTransaction::of_sensor(&part::read_proximity()) }
             }
-            Step::Identify => const { BusTransaction::of_sensor(&part::read_identity()) },
-            Step::Stop => const { BusTransaction::of_sensor(&part::write_command(Command::STOP)) },
-            Step::Configure => {
+            ReadoutStep::Identify => const { BusTransaction::of_sensor(&part::read_identity()) },
+            ReadoutStep::Stop => {
+                const { BusTransaction::of_sensor(&part::write_command(Command::STOP)) }
+            }
+            ReadoutStep::Configure => {
                 const { BusTransaction::of_sensor(&part::write_configuration(&SENSOR_CONFIGURATION)) }
             }
-            Step::Start => {
+            ReadoutStep::Start => {
                 const {
                     let start = SENSOR_CONFIGURATION.command();
                     BusTransaction::of_sensor(&part::write_command(start))
@@ -187,31 +191,37 @@ impl MuxedBus {
     /// failed. Without such a transaction nothing happens. About a hundred instructions.
     pub fn answer(&mut self, now_us: u64, result: Result<&[u8], BusFault>) {
         let answer = match (self.step, result) {
-            (Step::Idle, _) => return,
+            (ReadoutStep::Idle, _) => return,
             (_, Err(BusFault::HeldLow | BusFault::Overdue)) => {
                 self.counters.line_failures = self.counters.line_failures.saturating_add(1);
                 self.selection = Selection::Unknown;
                 return self.end_round(now_us);
             }
-            (Step::Deselect | Step::ConfirmNone, Err(_)) => return self.mux_failed(now_us),
+            (ReadoutStep::Deselect | ReadoutStep::ConfirmNone, Err(_)) => {
+                return self.mux_failed(now_us);
+            }
             (_, Err(_)) => return self.readout_failed(now_us),
             (_, Ok(answer)) => answer,
         };
         match self.step {
-            Step::Idle => {}
-            Step::Deselect => self.step = Step::ConfirmNone,
-            Step::ConfirmNone => self.confirm_none(now_us, answer),
-            Step::Select => self.step = Step::ConfirmSelected,
-            Step::ConfirmSelected => self.confirm_selected(now_us, answer),
-            Step::ReadCommand => self.command_read(now_us, answer),
-            Step::ReadResult => self.result_read(now_us, answer),
-            Step::ReadAgain => self.proximity_read(now_us, answer, Step::ReadOnceMore),
-            Step::ReadOnceMore => self.proximity_read(now_us, answer, Step::ConfirmStill),
-            Step::Identify => self.identified(now_us, answer),
-            Step::Stop => self.step = Step::Configure,
-            Step::Configure => self.step = Step::Start,
-            Step::Start => self.finish_with(ReadoutResult::Configured),
-            Step::ConfirmStill => self.confirm_still(now_us, answer),
+            ReadoutStep::Idle => {}
+            ReadoutStep::Deselect => self.step = ReadoutStep::ConfirmNone,
+            ReadoutStep::ConfirmNone => self.confirm_none(now_us, answer),
+            ReadoutStep::Select => self.step = ReadoutStep::ConfirmSelected,
+            ReadoutStep::ConfirmSelected => self.confirm_selected(now_us, answer),
+            ReadoutStep::ReadCommand => self.command_read(now_us, answer),
+            ReadoutStep::ReadResult => self.result_read(now_us, answer),
+            ReadoutStep::ReadAgain => {
+                self.proximity_read(now_us, answer, ReadoutStep::ReadOnceMore)
+            }
+            ReadoutStep::ReadOnceMore => {
+                self.proximity_read(now_us, answer, ReadoutStep::ConfirmStill)
+            }
+            ReadoutStep::Identify => self.identified(now_us, answer),
+            ReadoutStep::Stop => self.step = ReadoutStep::Configure,
+            ReadoutStep::Configure => self.step = ReadoutStep::Start,
+            ReadoutStep::Start => self.finish_with(ReadoutResult::Configured),
+            ReadoutStep::ConfirmStill => self.confirm_still(now_us, answer),
         }
     }
 
@@ -225,8 +235,8 @@ impl MuxedBus {
         };
         self.channel = channel;
         self.step = match self.selection {
-            Selection::Unknown => Step::Deselect,
-            Selection::None | Selection::Channel(_) => Step::Select,
+            Selection::Unknown => ReadoutStep::Deselect,
+            Selection::None | Selection::Channel(_) => ReadoutStep::Select,
         };
     }
 
@@ -234,7 +244,7 @@ impl MuxedBus {
         while let Some(channel) = self.pending.pop() {
             self.sensor_mut(channel).on_failure(now_us);
         }
-        self.step = Step::Idle;
+        self.step = ReadoutStep::Idle;
     }
 
     fn mux_failed(&mut self, now_us: u64) {
@@ -262,7 +272,7 @@ impl MuxedBus {
             return self.mux_failed(now_us);
         }
         self.selection = Selection::None;
-        self.step = Step::Select;
+        self.step = ReadoutStep::Select;
     }
 
     fn confirm_selected(&mut self, now_us: u64, answer: &[u8]) {
@@ -273,9 +283,9 @@ impl MuxedBus {
         }
         self.selection = wanted;
         self.step = if self.sensor(self.channel).is_running() {
-            Step::ReadCommand
+            ReadoutStep::ReadCommand
         } else {
-            Step::Identify
+            ReadoutStep::Identify
         };
     }
 
@@ -285,10 +295,10 @@ impl MuxedBus {
         };
         let command = Command(command);
         if !command.is_self_timed() {
-            self.step = Step::Identify;
+            self.step = ReadoutStep::Identify;
         } else if command.proximity_ready() || self.fresh.contains(self.channel) {
             self.fresh.insert(self.channel);
-            self.step = Step::ReadResult;
+            self.step = ReadoutStep::ReadResult;
         } else {
             self.finish_with(ReadoutResult::NothingNew);
         }
@@ -302,18 +312,18 @@ impl MuxedBus {
             measurement,
             torn: false,
         };
-        self.step = Step::ReadAgain;
+        self.step = ReadoutStep::ReadAgain;
     }
 
     /// Compares with the value before; another one is taken and `otherwise` follows.
-    fn proximity_read(&mut self, now_us: u64, answer: &[u8], otherwise: Step) {
+    fn proximity_read(&mut self, now_us: u64, answer: &[u8], otherwise: ReadoutStep) {
         let (Some(proximity), ReadoutResult::Reading { measurement, torn }) =
             (part::result(answer), &mut self.result_so_far)
         else {
             return self.readout_failed(now_us);
         };
         if measurement.proximity == proximity {
-            self.step = Step::ConfirmStill;
+            self.step = ReadoutStep::ConfirmStill;
             return;
         }
         measurement.proximity = proximity;
@@ -323,7 +333,7 @@ impl MuxedBus {
 
     fn identified(&mut self, now_us: u64, answer: &[u8]) {
         match *answer {
-            [IDENTITY] => self.step = Step::Stop,
+            [IDENTITY] => self.step = ReadoutStep::Stop,
             [_] => self.finish_with(ReadoutResult::WrongIdentity),
             _ => self.readout_failed(now_us),
         }
@@ -331,7 +341,7 @@ impl MuxedBus {
 
     fn finish_with(&mut self, result_so_far: ReadoutResult) {
         self.result_so_far = result_so_far;
-        self.step = Step::ConfirmStill;
+        self.step = ReadoutStep::ConfirmStill;
     }
 
     fn confirm_still(&mut self, now_us: u64, answer: &[u8]) {

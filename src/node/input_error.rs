@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Why an input was refused. Variants are appended, never reordered: they go over the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Fault {
+pub enum InputError {
     /// A stamp lies before one of the same kind that was already taken.
     StampBackward,
     /// A coordinate or speed is NaN or infinite.
@@ -32,7 +32,7 @@ pub enum Fault {
     SafeMode,
 }
 
-impl Fault {
+impl InputError {
     /// Every fault, in the order of its code on the wire.
     pub const ALL: [Self; 12] = [
         Self::StampBackward,
@@ -50,7 +50,7 @@ impl Fault {
     ];
 }
 
-impl core::fmt::Display for Fault {
+impl core::fmt::Display for InputError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::StampBackward => "stamp lies before an earlier one",
@@ -69,4 +69,4 @@ impl core::fmt::Display for Fault {
     }
 }
 
-impl core::error::Error for Fault {}
+impl core::error::Error for InputError {}

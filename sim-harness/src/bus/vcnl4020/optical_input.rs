@@ -4,13 +4,13 @@ use std::collections::VecDeque;
 
 /// What the sensor sees.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Light {
+pub(super) struct OpticalInput {
     signal: u16,
     coming: VecDeque<u16>,
     pub(super) ambient: u16,
 }
 
-impl Light {
+impl OpticalInput {
     /// Every proximity measurement gives this from now on; what was queued is forgotten.
     pub(super) fn set_signal(&mut self, raw: u16) {
         self.coming.clear();

@@ -10,7 +10,7 @@ use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
 /// Collects a run's events, from a host's node or from a board alike.
 #[derive(Clone, Debug)]
-pub struct Survey {
+pub struct RunRecord {
     records: FilterRecords,
     mapper: FootprintMapper<CountingMapper>,
     poses: Vec<Pose2>,
@@ -19,12 +19,12 @@ pub struct Survey {
     last: Option<(u64, Pose2)>,
     /// Whether the odometry was reset since the last step.
     is_reset: bool,
-    figures: Figures,
+    figures: RunStatistics,
 }
 
 /// A run in figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Figures {
+pub struct RunStatistics {
     /// Steps of the filter.
     pub steps: u64,
     /// Outcomes that counted as occupied.
@@ -60,7 +60,7 @@ pub struct Figures {
     pub footprint_radius_m: Option<f64>,
 }
 
-impl Survey {
+impl RunRecord {
     /// An empty survey of a robot with a configuration, with map cells of the given size,
     /// metres; with a radius, metres, the footprint of that hull is free in the map.
     #[must_use]
@@ -73,7 +73,7 @@ impl Survey {
             jumps: Vec::new(),
             last: None,
             is_reset: false,
-            figures: Figures::default(),
+            figures: RunStatistics::default(),
         }
     }
 
@@ -149,7 +149,7 @@ impl Survey {
 
     /// The figures so far.
     #[must_use]
-    pub fn figures(&self) -> Figures {
+    pub fn figures(&self) -> RunStatistics {
         let path = self.path();
         let pairs = (1..).zip(path.iter().zip(path.iter().skip(1)));
         let driven = pairs.filter(|(index, _)| self.jumps.binary_search(index).is_err());
@@ -160,7 +160,7 @@ impl Survey {
         let gaps = path.len().saturating_sub(1 + self.jumps.len());
         let map = self.map();
         let count = |wanted| map.count(wanted) as u64;
-        Figures {
+        RunStatistics {
             path_m,
             jumps: self.jumps.len() as u64,
             mean_step_m: (gaps > 0).then(|| path_m / gaps as f64),
@@ -184,7 +184,7 @@ fn is_drivable((from_us, from): &(u64, Pose2), (to_us, to): &(u64, Pose2)) -> bo
     way.norm() <= f64::from(MAX_SPEED_M_PER_S) * seconds
 }
 
-impl Figures {
+impl RunStatistics {
     fn add(&mut self, done: &StepDone) {
         self.steps += 1;
         self.survived_past_gate += u64::from(done.past_gate);
@@ -224,8 +224,8 @@ mod tests {
         Event::Particles(particles)
     }
 
-    fn figures(events: &[Event]) -> Figures {
-        let mut survey = Survey::new(&Config::amiro(Profile::Plus), 0.01, None);
+    fn figures(events: &[Event]) -> RunStatistics {
+        let mut survey = RunRecord::new(&Config::amiro(Profile::Plus), 0.01, None);
         events.iter().for_each(|event| survey.take(event));
         survey.figures()
     }
