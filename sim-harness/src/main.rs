@@ -1,9 +1,9 @@
 //! `ipf`: the laboratory's program, run as `cargo ipf <command>`.
 
-mod commands;
+mod cli;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    commands::main()
+    cli::main()
 }

@@ -307,24 +307,31 @@ impl Image {
             format!("there is a heap: {:?}", self.heap_symbols),
         );
         if layout == Layout::Amiro {
-            check(
-                address(".boot_checksum") == Some(layout.start() + CHECKSUM_OFFSET)
-                    && self.size(&[".boot_checksum"]) == 4
-                    && self.checksum_word == Some(CHECKSUM_PLACEHOLDER),
-                "the word for the boot loader's checksum is not in its place".to_owned(),
-            );
-            let gap = layout.start() + VECTORS_SIZE..layout.text_start();
-            let strangers = self.sections.iter().filter(|section| {
-                section.name != ".boot_checksum"
-                    && section.address < gap.end
-                    && section.address + section.size > gap.start
-            });
-            for stranger in strangers {
-                let name = &stranger.name;
-                check(false, format!("{name} lies where the boot loader writes"));
-            }
+            problems.extend(self.boot_loader_problems(layout));
         }
         problems
+    }
+
+    /// What of the image AMiRo's boot loader would not find or would write over.
+    fn boot_loader_problems(&self, layout: Layout) -> Vec<String> {
+        let word = self.section(".boot_checksum");
+        let is_in_place = word.map(|section| section.address)
+            == Some(layout.start() + CHECKSUM_OFFSET)
+            && self.size(&[".boot_checksum"]) == 4
+            && self.checksum_word == Some(CHECKSUM_PLACEHOLDER);
+        let gap = layout.start() + VECTORS_SIZE..layout.text_start();
+        let strangers = self.sections.iter().filter(|section| {
+            section.name != ".boot_checksum"
+                && section.address < gap.end
+                && section.address + section.size > gap.start
+        });
+        let misplaced = (!is_in_place)
+            .then(|| "the word for the boot loader's checksum is not in its place".to_owned());
+        let strangers = strangers.map(|section| {
+            let name = &section.name;
+            format!("{name} lies where the boot loader writes")
+        });
+        misplaced.into_iter().chain(strangers).collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use amiro_ipf::link::{Message, MessageRef};
+use amiro_ipf::link::{Frame, Message, MessageRef};
 use amiro_ipf::node::{Event, Input, InputError};
 
 use super::board::ANSWER_DEADLINE;
@@ -89,15 +89,7 @@ where
         let Some(&(first, _)) = waiting.front() else {
             return Ok(audit);
         };
-        let Some(frame) = board.receive_frame(deadline)? else {
-            return Err(LinkError::NoAnswer { input: first });
-        };
-        if board
-            .boot_id()
-            .is_some_and(|greeted| greeted != frame.boot_id)
-        {
-            return Err(LinkError::Restarted { input: first });
-        }
+        let frame = receive(board, first, deadline)?;
         if is_in_other_run && matches!(frame.message, Message::Event(Event::Configured(_))) {
             board.begin_loss_stats(&frame);
         }
@@ -134,6 +126,18 @@ where
             raw.write(&board.take_whole_raw());
         }
     }
+}
+
+/// The next frame of the boot that was greeted, while input `first` waits for its answer.
+fn receive(board: &mut Board, first: usize, deadline: Instant) -> Result<Frame, LinkError> {
+    let Some(frame) = board.receive_frame(deadline)? else {
+        return Err(LinkError::NoAnswer { input: first });
+    };
+    let greeted = board.boot_id();
+    if greeted.is_some_and(|greeted| greeted != frame.boot_id) {
+        return Err(LinkError::Restarted { input: first });
+    }
+    Ok(frame)
 }
 
 /// Hands on what a board sends behind its last answer, where nothing of a run may come:

@@ -1,7 +1,7 @@
 //! The flash image in QEMU: a board without sensors, with a serial line.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -47,71 +47,14 @@ impl Board {
     /// # Errors
     /// [`LinkError::Start`] when QEMU is not installed or does not start.
     pub fn in_qemu(image: &Image, options: &QemuOptions) -> Result<Self, LinkError> {
-        // As bytes, not as an ELF file: QEMU would clear the statics, which silicon
-        // leaves to the start code.
-        let layout = match options.boot_loader {
-            None => Layout::Bare,
-            Some(_) => Layout::Amiro,
-        };
-        let mut flash = image.flashable(layout);
-        if let Some(byte) = options.flipped.and_then(|byte| flash.get_mut(byte)) {
-            *byte ^= 1;
-        }
-        if let Some(boot_loader) = &options.boot_loader {
-            let mut whole = boot_loader.clone();
-            whole.resize((layout.start() - Layout::Bare.start()) as usize, 0xff);
-            whole.append(&mut flash);
-            flash = whole;
-        }
-        let flash = ScratchFile::write("flash", &flash)?;
-        let mut command = Command::new(PROGRAM);
-        command
-            .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
-            // The first line is USART1, whose start crashes the emulator; ours is the second.
-            .args(["-serial", "null", "-serial"])
-            .stderr(Stdio::null());
-        let line = options.can_disconnect.then(|| scratch_path("line"));
-        match &line {
-            None => command
-                .arg("stdio")
-                .stdin(Stdio::piped())
-                .stdout(Stdio::piped()),
-            Some(line) => command
-                .arg(format!("unix:{},server=on,wait=off", line.display()))
-                .stdin(Stdio::null())
-                .stdout(Stdio::null()),
-        };
-        command.arg("-kernel").arg(&flash.path);
-        match (options.count_instructions, options.skip_idle) {
-            (true, true) => _ = command.args(["-icount", "shift=0,sleep=off"]),
-            (true, false) => _ = command.args(["-icount", "shift=0"]),
-            (false, _) => {}
-        }
-        if let Some(socket) = &options.debugger {
-            let socket = socket.display();
-            command
-                .arg("-chardev")
-                .arg(format!(
-                    "socket,id=debugger,path={socket},server=on,wait=off"
-                ))
-                .args(["-gdb", "chardev:debugger"]);
-        }
+        let flash = ScratchFile::write("flash", &flash_content(image, options))?;
         let ram = match options.ram_fill {
             Some(byte) => Some(ScratchFile::write("ram", &vec![byte; RAM_SIZE])?),
             None => None,
         };
-        if let Some(ram) = &ram {
-            command.arg("-device").arg(format!(
-                "loader,file={},addr={RAM_START:#x},force-raw=on",
-                ram.path.display()
-            ));
-        }
-        let mut child = command.spawn().map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => LinkError::Start(format!(
-                "{PROGRAM} is not installed (Debian, Ubuntu: apt-get install qemu-system-arm)"
-            )),
-            _ => LinkError::Start(format!("{PROGRAM}: {error}")),
-        })?;
+        let line = options.can_disconnect.then(|| scratch_path("line"));
+        let mut command = command(options, &flash.path, ram.as_ref(), line.as_deref());
+        let mut child = command.spawn().map_err(|error| start_error(&error))?;
         let pipes = child.stdout.take().zip(child.stdin.take());
         let emulator = Emulator {
             child,
@@ -138,6 +81,82 @@ impl Board {
             .stderr(Stdio::null())
             .status()
             .is_ok_and(|status| status.success())
+    }
+}
+
+/// What is flashed, as bytes and not as an ELF file: QEMU would clear the statics, which
+/// silicon leaves to the start code.
+fn flash_content(image: &Image, options: &QemuOptions) -> Vec<u8> {
+    let layout = match options.boot_loader {
+        None => Layout::Bare,
+        Some(_) => Layout::Amiro,
+    };
+    let mut flash = image.flashable(layout);
+    if let Some(byte) = options.flipped.and_then(|byte| flash.get_mut(byte)) {
+        *byte ^= 1;
+    }
+    if let Some(boot_loader) = &options.boot_loader {
+        let mut whole = boot_loader.clone();
+        whole.resize((layout.start() - Layout::Bare.start()) as usize, 0xff);
+        whole.append(&mut flash);
+        flash = whole;
+    }
+    flash
+}
+
+/// The emulator's command line.
+fn command(
+    options: &QemuOptions,
+    flash: &Path,
+    ram: Option<&ScratchFile>,
+    line: Option<&Path>,
+) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command
+        .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
+        // The first line is USART1, whose start crashes the emulator; ours is the second.
+        .args(["-serial", "null", "-serial"])
+        .stderr(Stdio::null());
+    match line {
+        None => command
+            .arg("stdio")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped()),
+        Some(line) => command
+            .arg(format!("unix:{},server=on,wait=off", line.display()))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null()),
+    };
+    command.arg("-kernel").arg(flash);
+    match (options.count_instructions, options.skip_idle) {
+        (true, true) => _ = command.args(["-icount", "shift=0,sleep=off"]),
+        (true, false) => _ = command.args(["-icount", "shift=0"]),
+        (false, _) => {}
+    }
+    if let Some(socket) = &options.debugger {
+        let socket = socket.display();
+        command
+            .arg("-chardev")
+            .arg(format!(
+                "socket,id=debugger,path={socket},server=on,wait=off"
+            ))
+            .args(["-gdb", "chardev:debugger"]);
+    }
+    if let Some(ram) = ram {
+        command.arg("-device").arg(format!(
+            "loader,file={},addr={RAM_START:#x},force-raw=on",
+            ram.path.display()
+        ));
+    }
+    command
+}
+
+fn start_error(error: &io::Error) -> LinkError {
+    match error.kind() {
+        io::ErrorKind::NotFound => LinkError::Start(format!(
+            "{PROGRAM} is not installed (Debian, Ubuntu: apt-get install qemu-system-arm)"
+        )),
+        _ => LinkError::Start(format!("{PROGRAM}: {error}")),
     }
 }
 

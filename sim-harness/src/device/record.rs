@@ -233,19 +233,23 @@ fn record_part(
         if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
-        let news = match &frame.message {
-            Message::Input(Input::Limit {
-                particles_per_sensor,
-            }) => News::Limited {
-                particles_per_sensor: *particles_per_sensor,
-            },
-            Message::Input(input) => News::Input(input),
-            Message::Hello | Message::Calibrate | Message::Truth(_) => News::Waiting,
-            message => News::Message(message),
-        };
-        if !wanted(news) {
+        if !wanted(news_of(&frame.message)) {
             return Ok(PartEnd::Enough);
         }
+    }
+}
+
+/// What the caller gets of a frame.
+fn news_of(message: &Message) -> News<'_> {
+    match message {
+        Message::Input(Input::Limit {
+            particles_per_sensor,
+        }) => News::Limited {
+            particles_per_sensor: *particles_per_sensor,
+        },
+        Message::Input(input) => News::Input(input),
+        Message::Hello | Message::Calibrate | Message::Truth(_) => News::Waiting,
+        message => News::Message(message),
     }
 }
 

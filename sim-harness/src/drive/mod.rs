@@ -3,8 +3,12 @@
 mod filter_records;
 mod keyframes;
 mod record;
+mod replayed_config;
+mod standstill;
 
 pub use filter_records::FilterRecords;
 pub(crate) use filter_records::scan_records;
 pub use keyframes::Keyframes;
 pub use record::{PointOutcome, RangeScan, Record, Return};
+pub use replayed_config::replayed_config;
+pub use standstill::{Standstill, StandstillCheck};

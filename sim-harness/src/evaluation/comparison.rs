@@ -75,6 +75,21 @@ pub enum ComparisonError {
 }
 
 impl MethodComparison {
+    /// Checks the configuration of every filter, before the first drive.
+    ///
+    /// # Errors
+    /// [`ComparisonError::Run`] for the first that is not legal or does not fit.
+    pub fn check(&self) -> Result<(), ComparisonError> {
+        for scenario in &self.scenarios {
+            let config = self.config(scenario, 0, Profile::Paper);
+            crate::check(&config).map_err(|source| ComparisonError::Run {
+                scenario: scenario.name.clone(),
+                source,
+            })?;
+        }
+        Ok(())
+    }
+
     /// Drives, maps and judges everything; by scenario, then seed, then method, each
     /// in the order given.
     ///

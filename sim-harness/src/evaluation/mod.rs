@@ -3,10 +3,14 @@
 //! One map has [`Scores`], the maps of a drive have [`DriveScores`], a [`MethodComparison`]
 //! of methods over scenarios and seeds has [`Trial`]s; [`Claim`]s are held against these.
 
+mod assessment;
+mod block_gain;
+mod chosen_scenarios;
 mod claim;
 mod claims;
 mod comparison;
 mod drive_scores;
+mod event_scores;
 mod legs;
 mod line;
 mod mapped;
@@ -15,6 +19,7 @@ mod mean_std;
 mod metric;
 mod nearest_segment;
 mod number;
+mod odometry_loss;
 mod openings;
 mod record;
 pub mod recorded;
@@ -25,15 +30,20 @@ mod trials;
 mod truth;
 mod walls;
 
+pub use assessment::Assessment;
+pub use block_gain::{BlockGainError, block_gain};
+pub use chosen_scenarios::{ScenarioChoiceError, chosen_scenarios};
 pub use claim::{Claim, ClaimVerdict, Over, Relation};
 pub use claims::Claims;
 pub use comparison::{ComparisonError, MethodComparison, Trial};
 pub use drive_scores::{DriveJudge, DriveScores};
+pub use event_scores::{event_scores, recorded_scenario};
 pub use line::Line;
 pub use mapped::{Mapped, map};
 pub use mean_std::MeanStd;
 pub use metric::Metric;
 pub use number::Number;
+pub use odometry_loss::OdometryLoss;
 pub use openings::OpeningScores;
 pub use record::{ScoreRecord, TrialRecord, json};
 pub use scores::{SCORES_IN_WORDS, Scores};

@@ -6,6 +6,7 @@
 
 mod cell_window;
 mod chart;
+mod drive_files;
 mod fit_chart;
 mod line_drawing;
 mod map_overlay;
@@ -14,13 +15,16 @@ mod map_server;
 mod paper;
 mod picture;
 mod pixel_grid;
+mod run_files;
 mod scale_bar;
 mod text;
 
 pub use cell_window::CellWindow;
+pub use drive_files::{DRIVE_FILES, DriveMapSummary};
 pub use fit_chart::fit_chart;
 pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH, outlines};
 pub use map_server::MapServerPair;
 pub use paper::{FigureError, PageSection, PageTable, Panel, PanelRow, PaperFigure, page};
 pub use picture::{Colour, Picture, beside};
 pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};
+pub use run_files::{RUN_FILES, RunSummary, WallReports, save_survey_map, survey_picture};

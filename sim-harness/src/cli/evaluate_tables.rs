@@ -1,0 +1,123 @@
+//! The tables of `evaluate`: the scores of every method, and filters against ISM.
+
+use sim_harness::console;
+use sim_harness::evaluation::{MeanStd, MethodComparison, Metric, Number, Trial, Trials};
+use sim_harness::mapping::Method;
+
+/// One table per scenario, one line per method.
+pub(super) fn scores(comparison: &MethodComparison, trials: &[Trial]) {
+    for scenario in &comparison.scenarios {
+        console::print(format_args!("{}: {}", scenario.name, scenario.about));
+        console::print(format_args!(
+            "{:20} {:>12} {:>8} {:>11} {:>5} {:>5} {:>5} {:>6} {:>5} {:>7} {:>7} {:>6} {:>6} {:>8}",
+            "means over the seeds",
+            "OE % +- std",
+            "plain %",
+            "worst seed",
+            "TPR",
+            "FPR",
+            "J",
+            "recall",
+            "cover",
+            "cells",
+            "unknown",
+            "pathOE",
+            "false",
+            "frontier"
+        ));
+        for method in &comparison.methods {
+            if let Some(trials) = Trials::of(trials, &scenario.name, *method) {
+                console::print_text(line(*method, &trials));
+            }
+        }
+        for trial in trials
+            .iter()
+            .filter(|trial| trial.scenario == scenario.name)
+        {
+            if trial.scores.last.cells_refused > 0 {
+                console::print(format_args!(
+                    "THE MAP IS CUT: {}, seed {}: {} updates of cells were refused",
+                    trial.method, trial.seed, trial.scores.last.cells_refused
+                ));
+            }
+        }
+        console::print("");
+    }
+}
+
+fn line(method: Method, trials: &Trials) -> String {
+    let mean = |metric| trials.mean(metric);
+    let percent = |value: Option<f64>| Number {
+        value: value.map(|share| 100.0 * share),
+        decimals: 1,
+    };
+    let number = |value, decimals| Number { value, decimals };
+    let oe = trials.mean_std(Metric::Oe);
+    let worst = trials.largest(Metric::Oe);
+    let worst = worst.map_or("n/a".to_owned(), |(oe, seed)| {
+        format!("{} ({seed})", percent(Some(oe)))
+    });
+    let smallest = trials.smallest(Metric::OpeningFrontier);
+    let smallest = smallest.map_or(String::new(), |(cells, _)| format!(" ({cells:.0})"));
+    format!(
+        "{method:20} {:5} +- {:3} {:8} {worst:>11} {:5} {:5} {:5} {:6} {:5} {:7} {:7} {:6} {:6} {:4}{smallest}",
+        percent(oe.mean),
+        percent(oe.std),
+        percent(mean(Metric::OePlain)),
+        number(mean(Metric::Tpr), 2),
+        number(mean(Metric::Fpr), 2),
+        number(mean(Metric::J), 2),
+        number(mean(Metric::SurfaceRecall), 2),
+        number(mean(Metric::Coverage), 2),
+        number(mean(Metric::Cells), 0),
+        number(mean(Metric::Unknown), 0),
+        percent(mean(Metric::OePathMean)),
+        number(mean(Metric::OpeningFalse), 1),
+        number(mean(Metric::OpeningFrontier), 1),
+    )
+}
+
+/// The overall error of each filter against the inverse sensor model, drive by drive.
+pub(super) fn paired(comparison: &MethodComparison, trials: &[Trial]) {
+    console::print(
+        "OE on the same readings, filter less ISM: percentage points +- standard error; plain OE \
+         likewise",
+    );
+    for scenario in &comparison.scenarios {
+        for filter in [Method::PAPER, Method::PLUS] {
+            for model in [Method::ISM_STANDARD, Method::ISM_TUNED] {
+                let of = |method| Trials::of(trials, &scenario.name, method);
+                if let Some((its, models)) = of(filter).zip(of(model)) {
+                    let differences = its.less(&models, Metric::Oe);
+                    let plain = its.less(&models, Metric::OePlain);
+                    let name = &scenario.name;
+                    console::print(format_args!(
+                        "{name:6} {filter:12} - {model:12} {}; plain {}",
+                        paired_line(&differences),
+                        paired_line(&plain)
+                    ));
+                }
+            }
+        }
+    }
+    console::print("");
+}
+
+fn paired_line(differences: &[Option<f64>]) -> String {
+    let mean_std = MeanStd::of(differences);
+    let points = |value: Option<f64>| Number {
+        value: value.map(|share| 100.0 * share),
+        decimals: 2,
+    };
+    let lower = differences
+        .iter()
+        .flatten()
+        .filter(|difference| **difference < 0.0);
+    format!(
+        "{:7} +- {}, lower in {} of {} drives",
+        points(mean_std.mean),
+        points(mean_std.standard_error()),
+        lower.count(),
+        differences.len()
+    )
+}

@@ -1,0 +1,94 @@
+//! A replay on a board or in QEMU, compared with the host's own run.
+
+use std::cell::RefCell;
+
+use amiro_ipf::link::Message;
+use amiro_ipf::node::Input;
+
+use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed};
+use crate::device::{Board, Comparison, drive_streamed, listen};
+use crate::drive::StandstillCheck;
+use crate::log::StoredRecording;
+use crate::spool::Spool;
+use crate::{RunOutcome, run_streamed};
+
+/// Replays a recording on a greeted board, compared with the host's own run.
+///
+/// `on_bytes` gets the bytes of the recording that a pass has read so far.
+///
+/// # Errors
+/// As [`drive_streamed`] and [`run`](crate::run()); a recording that cannot be read again.
+pub fn replay_on_board(
+    plan: &ReplayPlan<'_>,
+    board: &mut Board,
+    recording: &mut StoredRecording,
+    on_bytes: &mut dyn FnMut(ReplayPass, u64),
+) -> Result<Replayed, ReplayError> {
+    let mut comparison = Comparison::default();
+    let (outcome, standstill) = expect_host(plan, recording, &mut comparison)?;
+    let comparison = RefCell::new(comparison);
+    let mut survey = plan.survey();
+    let mut events = KeptEvents::new(plan.is_scored);
+    let mut answered = Spool::default();
+    let mut slowest_step_cycles = 0;
+    let mut inputs = recording.inputs(|bytes| on_bytes(ReplayPass::Replay, bytes))?;
+    let configured = std::iter::once(Input::Configure(*plan.config));
+    let driven = drive_streamed(
+        board,
+        configured.chain(plan.inputs(&mut inputs)?),
+        |message| {
+            comparison.borrow_mut().meet(message);
+            match message {
+                Message::Event(event) => {
+                    survey.take(event);
+                    events.take(event);
+                }
+                Message::Status(status) => {
+                    slowest_step_cycles = slowest_step_cycles.max(status.board.step_cycles_max);
+                }
+                _ => {}
+            }
+        },
+        |input, refused| comparison.borrow_mut().meet_answer(input, refused),
+        Some(&mut answered),
+    );
+    let mut comparison = comparison.into_inner();
+    comparison.take_audit(driven?);
+    inputs.finish()?;
+    listen(board, |message| comparison.meet(message))?;
+    answered.write(&board.take_raw());
+    Ok(Replayed {
+        survey,
+        events,
+        answered,
+        comparison: Some(comparison.verdict(board.boot(), &board.tally())),
+        standstill,
+        outcome,
+        line: None,
+        slowest_step_cycles,
+    })
+}
+
+/// Runs the host's node for a comparison with a board.
+fn expect_host(
+    plan: &ReplayPlan<'_>,
+    recording: &mut StoredRecording,
+    comparison: &mut Comparison,
+) -> Result<(RunOutcome, StandstillCheck), ReplayError> {
+    let mut standstill = StandstillCheck::default();
+    let mut refusals = Vec::new();
+    let mut inputs = recording.inputs(|_| ())?;
+    let replayed = plan
+        .inputs(&mut inputs)?
+        .inspect(|input| standstill.take(input));
+    let outcome = run_streamed(
+        plan.config,
+        replayed,
+        |event| comparison.expect(event),
+        // The configuration goes in front.
+        |input, fault| refusals.push((input + 1, fault)),
+    )?;
+    inputs.finish()?;
+    comparison.expect_refusals(&refusals);
+    Ok((outcome, standstill))
+}

@@ -1,0 +1,136 @@
+//! The files that a mapped run leaves behind.
+
+use std::fmt;
+use std::path::Path;
+
+use super::{CellWindow, MapPicture, MapServerPair, Picture, outlines};
+use crate::device::Verdict;
+use crate::evaluation::{MappedPath, ScoreRecord, WallReport};
+use crate::geometry::Pose2;
+use crate::output::{self, WriteError};
+use crate::world::Scenario;
+use crate::{RunRecord, RunStatistics};
+use amiro_ipf::node::Config;
+use serde::Serialize;
+
+/// `summary.json`: nothing in it depends on when or where it was made.
+#[derive(Debug, Serialize)]
+pub struct RunSummary {
+    /// How the recording was written.
+    pub format: String,
+    /// Lines or frames that were refused.
+    pub refused: u64,
+    /// Where the filter ran.
+    pub ran_on: &'static str,
+    /// The configuration in force.
+    pub config: Config,
+    /// The run in figures.
+    pub figures: RunStatistics,
+    /// The map against the truth, where the recording carries one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scores: Option<ScoreRecord>,
+    /// Walls beside the path, where there is no truth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walls: Option<WallReports>,
+    /// The board's run, or the recorded one, against this host's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<Verdict>,
+}
+
+/// Walls beside the whole path, and beside each of its legs if it bends.
+#[derive(Debug, Serialize)]
+pub struct WallReports {
+    whole: WallReport,
+    legs: Vec<WallReport>,
+}
+
+impl WallReports {
+    /// Looks beside the path of a survey.
+    #[must_use]
+    pub fn of(survey: &RunRecord) -> Self {
+        let (map, path) = (survey.map(), survey.path());
+        let surroundings = MappedPath {
+            map: &map,
+            counted: &survey.counted_map(),
+            path: &path,
+            jumps: survey.jumps(),
+        };
+        let legs = WallReport::by_leg(&surroundings);
+        Self {
+            whole: WallReport::of(&surroundings),
+            legs: if legs.len() > 1 { legs } else { Vec::new() },
+        }
+    }
+}
+
+impl fmt::Display for WallReports {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.whole)?;
+        for (number, leg) in (1..).zip(&self.legs) {
+            write!(f, "\nleg {number} of {} by itself\n{leg}", self.legs.len())?;
+        }
+        Ok(())
+    }
+}
+
+impl RunSummary {
+    /// Writes the summary into a folder.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<(), WriteError> {
+        let path = folder.join("summary.json");
+        let json = serde_json::to_string_pretty(self);
+        let mut json = json.map_err(|error| WriteError {
+            path: path.clone(),
+            cause: error.into(),
+        })?;
+        json.push('\n');
+        output::write(&path, json.as_bytes())
+    }
+}
+
+/// The picture of a survey, with the outlines of a known world in red.
+#[must_use]
+pub fn survey_picture(
+    survey: &RunRecord,
+    title: &str,
+    scenario: Option<&Scenario>,
+    window: Option<CellWindow>,
+) -> Picture {
+    let path = survey.path();
+    let outlines = scenario.map(outlines).unwrap_or_default();
+    let heading = survey.poses().last().map(Pose2::heading_rad);
+    MapPicture {
+        robot_radius_m: None,
+        title: Some(title),
+        path: &path,
+        jumps: survey.jumps(),
+        final_heading_rad: heading,
+        outlines: &outlines,
+        window,
+    }
+    .render(&survey.map())
+}
+
+/// The files of a mapped run.
+pub const RUN_FILES: [&str; 5] = [
+    "map.png",
+    "map.pgm",
+    "map.yaml",
+    "summary.json",
+    "stream.ipf",
+];
+
+/// Writes `map.png`, `map.pgm` and `map.yaml` into a folder.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn save_survey_map(
+    survey: &RunRecord,
+    picture: &Picture,
+    folder: &Path,
+) -> Result<(), WriteError> {
+    picture.save_png(&folder.join("map.png"))?;
+    MapServerPair::new(&survey.map()).save(folder)
+}
