@@ -119,7 +119,7 @@ fn filter_has_no_time() {
 }
 
 #[test]
-fn board_names_no_filter_no_node_s_loop_no_link_and_its_parts_no_input() {
+fn board_names_no_filter_no_node_no_link_and_its_parts_no_input() {
     let words = [
         "crate::filter",
         "crate::link",
@@ -145,7 +145,7 @@ fn board_names_no_filter_no_node_s_loop_no_link_and_its_parts_no_input() {
 }
 
 #[test]
-fn core_knows_no_board() {
+fn core_names_no_board() {
     for (path, text) in sources("src") {
         if path.to_string_lossy().contains("/bin/") {
             continue;
@@ -158,7 +158,7 @@ fn core_knows_no_board() {
 }
 
 #[test]
-fn unsafe_code_stays_behind_two_doors() {
+fn unsafe_code_is_in_two_places() {
     let hal = Path::new("src/bin/firmware/hal");
     for (path, text) in sources("src") {
         let inside = path.ends_with("src/math.rs")
@@ -200,7 +200,7 @@ fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
 }
 
 #[test]
-fn rigs_records_and_sensors_know_no_filter_run_and_no_world() {
+fn rigs_records_and_sensors_import_no_filter_run_and_no_world() {
     let above = [
         "crate::mapping",
         "crate::world",
@@ -291,7 +291,7 @@ fn defined_type(line: &str) -> Option<&str> {
 }
 
 #[test]
-fn a_name_is_one_type_s() {
+fn a_type_name_has_one_meaning() {
     let mut defined = BTreeMap::new();
     for (_, text) in workspace() {
         for name in text.lines().filter_map(defined_type) {

@@ -385,10 +385,10 @@ mod tests {
         .unwrap_err();
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(&folder), ["map.pgm"]);
-        let said = error.to_string();
+        let message = error.to_string();
         assert!(
-            said.contains("map.pgm") && said.contains("the well ran dry"),
-            "{said}"
+            message.contains("map.pgm") && message.contains("the well ran dry"),
+            "{message}"
         );
         fs::remove_dir_all(folder).unwrap();
     }
@@ -460,10 +460,13 @@ mod tests {
     fn errors_name_the_path() {
         let folder = folder("errors");
         let missing = folder.join("no such folder").join("map.yaml");
-        let said = write(&missing, b"x").unwrap_err().to_string();
-        assert!(said.contains(&missing.display().to_string()), "{said}");
-        let said = write(&folder, b"x").unwrap_err().to_string();
-        assert!(said.contains(&folder.display().to_string()), "{said}");
+        let message = write(&missing, b"x").unwrap_err().to_string();
+        assert!(
+            message.contains(&missing.display().to_string()),
+            "{message}"
+        );
+        let message = write(&folder, b"x").unwrap_err().to_string();
+        assert!(message.contains(&folder.display().to_string()), "{message}");
         assert!(write(Path::new(""), b"x").is_err());
         fs::remove_dir_all(folder).unwrap();
     }

@@ -19,7 +19,7 @@ pub struct RunRecord {
     last: Option<(u64, Pose2)>,
     /// Whether the odometry was reset since the last step.
     is_reset: bool,
-    figures: RunStatistics,
+    statistics: RunStatistics,
 }
 
 /// A run in figures.
@@ -34,7 +34,8 @@ pub struct RunStatistics {
     /// Outcomes that counted as free.
     pub rejected_free: u64,
     /// Rejected outcomes that count nothing.
-    pub rejected_behind: u64,
+    #[serde(rename = "rejected_behind")]
+    pub rejected_unobserved: u64,
     /// Particles that left the local radius.
     pub departed: u64,
     /// Steps in which no particle had any weight.
@@ -73,14 +74,14 @@ impl RunRecord {
             jumps: Vec::new(),
             last: None,
             is_reset: false,
-            figures: RunStatistics::default(),
+            statistics: RunStatistics::default(),
         }
     }
 
     /// Takes the next event.
     pub fn take(&mut self, event: &Event) {
         if let Event::StepDone(done) = event {
-            self.figures.add(done);
+            self.statistics.add(done);
         }
         let Self {
             records,
@@ -149,7 +150,7 @@ impl RunRecord {
 
     /// The figures so far.
     #[must_use]
-    pub fn figures(&self) -> RunStatistics {
+    pub fn statistics(&self) -> RunStatistics {
         let path = self.path();
         let pairs = (1..).zip(path.iter().zip(path.iter().skip(1)));
         let driven = pairs.filter(|(index, _)| self.jumps.binary_search(index).is_err());
@@ -168,7 +169,7 @@ impl RunRecord {
             cells_free: count(Occupancy::Free),
             cells_refused: map.refused(),
             footprint_radius_m: self.mapper.hull_radius_m(),
-            ..self.figures
+            ..self.statistics
         }
     }
 }
@@ -190,7 +191,7 @@ impl RunStatistics {
         self.survived_past_gate += u64::from(done.past_gate);
         self.survived_below_gate += u64::from(done.below_gate);
         self.rejected_free += u64::from(done.free);
-        self.rejected_behind += u64::from(done.unobserved);
+        self.rejected_unobserved += u64::from(done.unobserved);
         self.departed += u64::from(done.departed);
         self.degenerate_steps += u64::from(done.degenerate);
         self.last_digest = Some(done.digest);
@@ -224,44 +225,47 @@ mod tests {
         Event::Particles(particles)
     }
 
-    fn figures(events: &[Event]) -> RunStatistics {
-        let mut survey = RunRecord::new(&Config::amiro(Profile::Plus), 0.01, None);
-        events.iter().for_each(|event| survey.take(event));
-        survey.figures()
+    fn statistics(events: &[Event]) -> RunStatistics {
+        let mut record = RunRecord::new(&Config::amiro(Profile::Plus), 0.01, None);
+        events.iter().for_each(|event| record.take(event));
+        record.statistics()
     }
 
     #[test]
-    fn a_jump_of_the_odometry_is_no_way_of_the_robot() {
-        let broke_off = Event::OdometryReset { stamp_us: 0 };
-        let figures = figures(&[
+    fn a_jump_of_the_odometry_is_not_part_of_the_path() {
+        let was_reset = Event::OdometryReset { stamp_us: 0 };
+        let statistics = statistics(&[
             step(0, 0.0, 0.0),
             step(1, 0.01, 0.0),
-            broke_off,
+            was_reset,
             step(2, 85.0, 85.0),
             step(3, 85.01, 85.0),
         ]);
-        assert!((figures.path_m - 0.02).abs() < 1e-5, "{figures:?}");
-        assert!((figures.mean_step_m.unwrap() - 0.01).abs() < 1e-5);
-        assert_eq!(figures.jumps, 1);
+        assert!((statistics.path_m - 0.02).abs() < 1e-5, "{statistics:?}");
+        assert!((statistics.mean_step_m.unwrap() - 0.01).abs() < 1e-5);
+        assert_eq!(statistics.jumps, 1);
     }
 
     #[test]
     fn a_step_longer_than_a_robot_drives_is_a_jump_though_its_break_was_lost() {
-        let jump = figures(&[step(0, 0.0, 0.0), step(1, 0.6, 0.0)]);
+        let jump = statistics(&[step(0, 0.0, 0.0), step(1, 0.6, 0.0)]);
         assert_eq!((jump.jumps, jump.mean_step_m), (1, None));
         assert!(jump.path_m.abs() < 1e-12 && jump.path_m.is_sign_positive());
         // 1 m/s for 125 ms, and two poses that are predicted over 200 ms.
-        let fast = figures(&[step(0, 0.0, 0.0), step(1, 0.5, 0.0)]);
+        let fast = statistics(&[step(0, 0.0, 0.0), step(1, 0.5, 0.0)]);
         assert_eq!(fast.jumps, 0);
-        assert_eq!(figures(&[]).path_m.to_string(), "0");
+        assert_eq!(statistics(&[]).path_m.to_string(), "0");
     }
 
     #[test]
     fn a_map_that_is_cut_counts_the_cells_that_it_refused() {
         let near = [step(0, 0.0, 0.0), found(0)];
-        assert_eq!(figures(&near).cells_refused, 0);
+        assert_eq!(statistics(&near).cells_refused, 0);
         let far = [step(1, 85.0, 85.0), found(1), step(2, 4e30, 0.0), found(2)];
-        let figures = figures(&[&near[..], &far].concat());
-        assert_eq!((figures.cells_refused, figures.cells_occupied), (2, 1));
+        let statistics = statistics(&[&near[..], &far].concat());
+        assert_eq!(
+            (statistics.cells_refused, statistics.cells_occupied),
+            (2, 1)
+        );
     }
 }

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn trust_takes_ten_readings() {
+    fn a_sensor_is_good_after_ten_readings() {
         let mut sensor = ProximitySensor::new();
         assert_eq!(sensor.state(0), SensorState::NoData);
         sensor.on_configured();

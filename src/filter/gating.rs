@@ -22,8 +22,8 @@ impl Outcome {
     /// Equation 3 says "age >= g" where the text says "greater than the gate"; the
     /// equation is followed.
     #[inline]
-    pub(crate) fn of_survivor(parameters: &FilterParameters, age: u8) -> Self {
-        if age >= parameters.gate {
+    pub(crate) fn of_survivor(parameters: &FilterParameters, epoch: u8) -> Self {
+        if epoch >= parameters.gate {
             Self::SurvivedPastGate
         } else {
             Self::SurvivedBelowGate
@@ -61,16 +61,16 @@ mod tests {
             gate: 4,
             ..FilterParameters::PAPER
         };
-        for (age, expected) in [
+        for (epoch, expected) in [
             (1, Outcome::SurvivedBelowGate),
             (3, Outcome::SurvivedBelowGate),
             (4, Outcome::SurvivedPastGate),
             (255, Outcome::SurvivedPastGate),
         ] {
             assert_eq!(
-                Outcome::of_survivor(&parameters, age),
+                Outcome::of_survivor(&parameters, epoch),
                 expected,
-                "age {age}"
+                "age {epoch}"
             );
         }
     }

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sensor_is_asked_about_a_cell_that_its_lobe_keeps_away_from() {
+    fn no_sensor_is_checked_for_a_cell_outside_its_lobe() {
         let lobe = BeamPattern::of(&Photometry::VCNL4020);
         let mounts: [Mount; SENSORS] = core::array::from_fn(|index| Ring::AMIRO.mount(index));
         let visibility = Visibility::of(&mounts, &lobe);

@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn faulty_and_too_close_sensors_say_nothing() {
+    fn faulty_and_too_close_sensors_have_no_beam() {
         let model = model(FilterParameters::PAPER);
         for sample in [Sample::Missing, Sample::Saturated] {
             let scan = scan(&model, [sample; SENSORS]);

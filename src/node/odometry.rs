@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn too_old_too_young_and_absent_are_told_apart() {
+    fn too_old_too_young_and_absent_are_distinguished() {
         assert_eq!(
             Odometry::default().pose_at(&DRIVE, 5),
             Err(InputError::NoPose)

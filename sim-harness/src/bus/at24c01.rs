@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_write_without_a_stop_is_forgotten() {
+    fn a_write_without_a_stop_is_dropped() {
         let mut memory = At24c01Model::new(0x50);
         assert!(memory.start(0x50, false, 0) && memory.write(0, 0) && memory.write(9, 0));
         assert!(memory.start(0x50, true, 0));

@@ -7,7 +7,7 @@ use super::{Device, InjectedBusFault, Script, Transcript, Word};
 /// Nine clocks at 400 kHz.
 const BYTE_NS: u64 = 22_500;
 /// An address that nobody has: what parts see of an address that is to find nobody.
-const NOBODY: u8 = 0x7f;
+const UNADDRESSED: u8 = 0x7f;
 
 /// Why a start, byte or stop did not happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,7 +190,7 @@ impl<P: Device> FakeBus<P> {
         let (address, read) = (byte >> 1, byte & 1 != 0);
         let taken = match self.phase {
             TransferPhase::Address => {
-                let sought = if refused { NOBODY } else { address };
+                let sought = if refused { UNADDRESSED } else { address };
                 self.parts.start(sought, read, begun_ns)
             }
             TransferPhase::Write if !refused => self.parts.write(byte, begun_ns),
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_without_a_start_finds_nobody() {
+    fn a_byte_without_a_start_is_not_acknowledged() {
         let mut bus = memory();
         assert_eq!(bus.send(0xa0), Ok(false));
         assert_eq!(bus.receive(true), Ok(0xff));

@@ -196,7 +196,7 @@ mod tests {
         bus
     }
 
-    fn said(bus: &FakeBus<At24c01Model>) -> String {
+    fn transcript(bus: &FakeBus<At24c01Model>) -> String {
         bus.transcript().to_string()
     }
 
@@ -206,7 +206,10 @@ mod tests {
         let mut read = [0; 3];
         bus.write_read(0x50, &[1], &mut read).unwrap();
         assert_eq!(read, [2, 3, 4]);
-        assert_eq!(said(&bus), "from byte 0: [50w+ 01+ [50r+ <02+ <03+ <04- ]");
+        assert_eq!(
+            transcript(&bus),
+            "from byte 0: [50w+ 01+ [50r+ <02+ <03+ <04- ]"
+        );
         assert!(bus.is_idle());
     }
 
@@ -223,18 +226,21 @@ mod tests {
         ];
         bus.transaction(0x50, &mut operations).unwrap();
         assert_eq!((first, second), ([1], [2, 3]));
-        assert_eq!(said(&bus), "from byte 0: [50w+ 00+ [50r+ <01+ <02+ <03- ]");
+        assert_eq!(
+            transcript(&bus),
+            "from byte 0: [50w+ 00+ [50r+ <01+ <02+ <03- ]"
+        );
         bus.transaction(0x50, &mut []).unwrap();
         assert_eq!(bus.bytes(), 6, "no operation, no start");
     }
 
     #[test]
-    fn an_empty_write_asks_whether_a_part_is_there() {
+    fn an_empty_write_probes_for_a_part() {
         let mut bus = bus();
         assert_eq!(bus.write(0x50, &[]), Ok(()));
-        let nobody = FakeBusError::NoAcknowledge(NoAcknowledgeSource::Address);
-        assert_eq!(bus.write(0x51, &[]), Err(nobody));
-        assert_eq!(said(&bus), "from byte 0: [50w+ ] [51w- ]");
+        let no_part = FakeBusError::NoAcknowledge(NoAcknowledgeSource::Address);
+        assert_eq!(bus.write(0x51, &[]), Err(no_part));
+        assert_eq!(transcript(&bus), "from byte 0: [50w+ ] [51w- ]");
     }
 
     /// The error of a read of two bytes from 0 with a fault at a byte, the bus after it,
@@ -248,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_tells_what_was_refused() {
+    fn a_refusal_identifies_what_was_refused() {
         use NoAcknowledgeSource::{Address, Data};
         for (at, expected) in [
             (0, Some(ErrorKind::NoAcknowledge(Address))),
@@ -257,7 +263,7 @@ mod tests {
             (3, None),
         ] {
             let (kind, bus) = with(at, InjectedBusFault::NoAcknowledge);
-            assert_eq!(kind, expected, "at {at}: {}", said(&bus));
+            assert_eq!(kind, expected, "at {at}: {}", transcript(&bus));
             assert!(bus.is_idle());
         }
     }
@@ -268,7 +274,7 @@ mod tests {
             let (kind, bus) = with(at, InjectedBusFault::ArbitrationLost);
             assert_eq!(kind, Some(ErrorKind::ArbitrationLoss), "at {at}");
             assert_eq!(bus.bytes(), at + 1);
-            assert!(bus.is_idle(), "at {at}: {}", said(&bus));
+            assert!(bus.is_idle(), "at {at}: {}", transcript(&bus));
         }
     }
 
@@ -277,10 +283,10 @@ mod tests {
         // From the last byte on, which takes nine of them.
         for (clocks, frees) in [(10, true), (18, true), (19, false)] {
             let (kind, mut bus) = with(4, InjectedBusFault::SdaLow { clocks });
-            assert_eq!(kind, Some(ErrorKind::Bus), "{clocks}: {}", said(&bus));
-            assert_eq!(bus.is_idle(), frees, "{clocks}: {}", said(&bus));
+            assert_eq!(kind, Some(ErrorKind::Bus), "{clocks}: {}", transcript(&bus));
+            assert_eq!(bus.is_idle(), frees, "{clocks}: {}", transcript(&bus));
             let next = bus.write(0x50, &[]);
-            assert_eq!(next.is_ok(), frees, "{clocks}: {}", said(&bus));
+            assert_eq!(next.is_ok(), frees, "{clocks}: {}", transcript(&bus));
             assert!(bus.is_idle(), "nine more");
         }
     }

@@ -84,8 +84,8 @@ fn channel_of(control: u8) -> Option<usize> {
 impl<D: Device> Device for Pca9544aModel<D> {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.deaf = false;
-        let hears = self.deaf_at_ns != Some(now_ns);
-        self.addressed = (hears && address == self.address).then_some(read);
+        let is_addressed = self.deaf_at_ns != Some(now_ns);
+        self.addressed = (is_addressed && address == self.address).then_some(read);
         let behind = self
             .partner()
             .is_some_and(|part| part.start(address, read, now_ns));

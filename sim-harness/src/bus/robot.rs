@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn each_sensor_is_where_the_boards_tables_say() {
+    fn each_sensor_is_at_its_place_of_the_board_s_tables() {
         let mut buses = RobotBuses::default();
         for sensor in 0..SENSORS {
             buses.set_signal(sensor, 1000 + sensor as u16);
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_second_bus_has_a_memory_and_nobody_else_answers() {
+    fn only_the_second_bus_has_a_memory_and_other_addresses_are_not_acknowledged() {
         let mut buses = RobotBuses::default();
         let there = |bus: &mut FakeBus<RobotParts>| -> Vec<u8> {
             (0..0x80)

@@ -48,8 +48,8 @@ impl Outages {
     #[must_use]
     pub fn fails_at(&self, now_ns: u64) -> bool {
         let slot = (now_ns / self.slot_ns).rotate_left(20);
-        let mut chance = Generator::seeded(self.seed ^ OUTAGE_STREAM ^ slot);
-        f64::from(uniform(&mut chance)) < self.share
+        let mut generator = Generator::seeded(self.seed ^ OUTAGE_STREAM ^ slot);
+        f64::from(uniform(&mut generator)) < self.share
     }
 }
 
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn random_faults_come_as_often_as_asked_and_again_for_the_same_seed() {
+    fn random_faults_have_their_rate_and_repeat_with_the_seed() {
         let faults = |seed| -> Vec<(u64, InjectedBusFault)> {
             let mut script = Script::default();
             script.at_random(Some(Random::new(vec![LOST, REFUSED], 1..=19, seed)));

@@ -205,7 +205,7 @@ impl Replay {
         scenario: Option<&Scenario>,
         mut run: Replayed,
     ) -> Result<(), Box<dyn Error>> {
-        let figures = run.survey.figures();
+        let figures = run.survey.statistics();
         let scores = match scenario {
             Some(scenario) => self.scores(config, scenario, &mut run)?,
             None => None,

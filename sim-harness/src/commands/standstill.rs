@@ -50,7 +50,7 @@ impl StandstillCheck {
         let StepRule::PerDistance { step_m } = config.step_rule else {
             return None;
         };
-        if self.is_turning || survey.figures().steps > 1 {
+        if self.is_turning || survey.statistics().steps > 1 {
             return None;
         }
         (self.poses > 1 && self.within_m < step_m).then_some(Standstill {

@@ -166,13 +166,13 @@ impl Board {
     }
 
     /// Whether more than half of the bytes of two seconds were no frames; `true` once.
-    pub fn take_junk(&mut self) -> bool {
-        self.baud_check.take_verdict()
+    pub fn take_baud_warning(&mut self) -> bool {
+        self.baud_check.take_warning()
     }
 
     /// Whether what comes is mostly no frames.
-    pub(super) fn receives_junk(&self) -> bool {
-        self.baud_check.is_mostly_junk()
+    pub(super) fn receives_noise(&self) -> bool {
+        self.baud_check.is_mostly_noise()
     }
 
     /// How the board introduced itself.

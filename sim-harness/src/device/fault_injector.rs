@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_does_what_its_word_says() {
+    fn each_fault_has_the_effect_of_its_word() {
         let all = frames().concat();
         let came = |faults| {
             let mut line = line(faults);

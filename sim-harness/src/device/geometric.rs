@@ -22,12 +22,12 @@ pub(super) struct Geometric {
 
 impl Geometric {
     pub(super) fn new(rate: f64, random: &mut Generator) -> Self {
-        let mut chance = Self {
+        let mut geometric = Self {
             rate,
             trials_before: 0,
         };
-        chance.draw(random);
-        chance
+        geometric.draw(random);
+        geometric
     }
 
     /// The trial of the next success among the next `trials`; all up to it, or all of
@@ -58,13 +58,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn successes_are_as_many_as_the_rate_says() {
+    fn successes_match_the_rate() {
         for (seed, rate) in [(1, 1e-3), (2, 1e-2), (3, 0.3)] {
             let mut random = Generator::seeded(seed);
-            let mut chance = Geometric::new(rate, &mut random);
+            let mut geometric = Geometric::new(rate, &mut random);
             let trials = 1_000_000;
             let hits = (0..trials)
-                .filter(|_| chance.next_within(1, &mut random).is_some())
+                .filter(|_| geometric.next_within(1, &mut random).is_some())
                 .count() as f64;
             // Four standard deviations of a binomial count.
             let expected = rate * f64::from(trials);

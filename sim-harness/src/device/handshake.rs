@@ -23,7 +23,7 @@ impl Board {
     ///
     /// # Errors
     /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
-    /// [`LinkError::KeepsResetting`], [`LinkError::Junk`], or a broken link.
+    /// [`LinkError::KeepsResetting`], [`LinkError::MostlyNoise`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
         // What comes before the answer is not kept: it may be any number of bytes.
         self.raw.pause();
@@ -65,8 +65,8 @@ impl Board {
             self.send(&Message::Hello)?;
             let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
-                if self.take_junk() {
-                    return Err(LinkError::Junk);
+                if self.take_baud_warning() {
+                    return Err(LinkError::MostlyNoise);
                 }
                 let Received::Frame { frame, .. } = received else {
                     continue;

@@ -314,13 +314,13 @@ impl Image {
                 "the word for the boot loader's checksum is not in its place".to_owned(),
             );
             let gap = layout.start() + VECTORS_SIZE..layout.text_start();
-            let strangers = self.sections.iter().filter(|section| {
+            let sections = self.sections.iter().filter(|section| {
                 section.name != ".boot_checksum"
                     && section.address < gap.end
                     && section.address + section.size > gap.start
             });
-            for stranger in strangers {
-                let name = &stranger.name;
+            for section in sections {
+                let name = &section.name;
                 check(false, format!("{name} lies where the boot loader writes"));
             }
         }

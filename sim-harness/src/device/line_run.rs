@@ -28,7 +28,7 @@ pub struct LineRun {
 #[derive(Clone, Debug)]
 struct Receiver {
     decoder: Decoder,
-    account: LossStats,
+    loss_stats: LossStats,
     order: InOrder,
     bytes: Vec<u8>,
 }
@@ -53,7 +53,7 @@ impl LineRun {
             line,
             receiver: Receiver {
                 decoder: Decoder::new(),
-                account: LossStats::since_boot(HOST_NODE_BOOT_ID),
+                loss_stats: LossStats::since_boot(HOST_NODE_BOOT_ID),
                 order: InOrder::since_boot(HOST_NODE_BOOT_ID),
                 bytes: Vec::new(),
             },
@@ -90,9 +90,9 @@ impl LineRun {
             .order
             .finish(|frame| hand_on(&frame.message, on_event));
         let line = self.line.tally();
-        self.receiver.account.close(line.sent);
+        self.receiver.loss_stats.close(line.sent);
         LineOutcome {
-            frames: self.receiver.account.tally(),
+            frames: self.receiver.loss_stats.tally(),
             line,
             bytes: self.receiver.bytes,
         }
@@ -103,7 +103,7 @@ impl Receiver {
     fn take(&mut self, bytes: &[u8], on_event: &mut impl FnMut(&Event)) {
         self.bytes.extend_from_slice(bytes);
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
-            self.account.take(&received);
+            self.loss_stats.take(&received);
             if let Received::Frame { frame, .. } = received {
                 self.order
                     .take(frame, |frame| hand_on(&frame.message, on_event));

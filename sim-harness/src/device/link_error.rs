@@ -13,7 +13,7 @@ pub enum LinkError {
     /// It could not be started or opened.
     Start(String),
     /// More than half of what it says is no frame.
-    Junk,
+    MostlyNoise,
     /// Writing to it failed.
     Write(std::io::Error),
     /// It closed the stream: the device is gone, not silent.
@@ -55,7 +55,7 @@ impl fmt::Display for LinkError {
         match self {
             Self::Start(reason) => write!(f, "the board cannot be reached: {reason}"),
             Self::Write(error) => write!(f, "writing to the board failed: {error}"),
-            Self::Junk => f.write_str(
+            Self::MostlyNoise => f.write_str(
                 "more than half of what comes is no frame: this looks like a wrong baud rate",
             ),
             Self::Gone => f.write_str("the board closed the link"),

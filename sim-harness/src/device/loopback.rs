@@ -21,7 +21,7 @@ use crate::bus::RobotBuses;
 const CAPACITY: usize = 8000;
 
 /// Between two looks at the senses, as the flash image has them.
-const PATROL_US: u64 = 500;
+const POLL_PERIOD_US: u64 = 500;
 
 /// Time in which sound sensors earn trust and the memory is read, and in which any
 /// measurement of the offsets ends and is written: 62 rounds.
@@ -69,7 +69,7 @@ impl Board {
         thread::spawn(move || {
             let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
             let boot = boot_on_host(CAPACITY as u32);
-            let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot, 0);
+            let mut endpoint = DeviceEndpoint::new(Node::new(&mut particles), boot, 0);
             let mut send = |frame: &[u8], _| {
                 let mut frame = frame.to_vec();
                 if on_line(&mut frame) {
@@ -78,15 +78,15 @@ impl Board {
                 }
             };
             if let Some(body) = &mut body {
-                body.live(&mut terminal, &mut send);
+                body.live(&mut endpoint, &mut send);
             }
             for byte in from_host.into_iter().flatten() {
-                terminal.receive(byte, &mut send);
-                if terminal.take_calibration()
+                endpoint.receive(byte, &mut send);
+                if endpoint.take_calibration()
                     && let Some(body) = &mut body
                 {
-                    body.senses.calibrate();
-                    body.live(&mut terminal, &mut send);
+                    body.acquisition.calibrate();
+                    body.live(&mut endpoint, &mut send);
                 }
             }
         });
@@ -100,7 +100,7 @@ impl Board {
 
 /// A robot's senses and the parts that they ask.
 struct Body {
-    senses: Acquisition,
+    acquisition: Acquisition,
     buses: RobotBuses,
     now_us: u64,
 }
@@ -108,7 +108,7 @@ struct Body {
 impl Body {
     fn new(buses: RobotBuses) -> Self {
         Self {
-            senses: Acquisition::new(),
+            acquisition: Acquisition::new(),
             buses,
             now_us: 0,
         }
@@ -117,32 +117,32 @@ impl Body {
     /// Lets half a second pass; what the senses find goes where the flash image's goes.
     fn live<const N: usize>(
         &mut self,
-        terminal: &mut DeviceEndpoint<'_, N>,
+        endpoint: &mut DeviceEndpoint<'_, N>,
         send: &mut impl FnMut(&[u8], Priority),
     ) {
         let end_us = self.now_us + SETTLED_US;
         while self.now_us < end_us {
             self.buses.advance_to(self.now_us * 1_000);
-            if let Some(input) = self.senses.poll(self.now_us) {
-                terminal.inject(&input, send);
+            if let Some(input) = self.acquisition.poll(self.now_us) {
+                endpoint.inject(&input, send);
             }
             self.exchange();
-            if let Some(offsets) = self.senses.take_offsets() {
-                terminal.publish(&Message::Offsets(offsets), send);
+            if let Some(offsets) = self.acquisition.take_offsets() {
+                endpoint.publish(&Message::Offsets(offsets), send);
             }
             // A transaction takes its time, and nothing else happens meanwhile.
             let bus_us = self.buses.now_ns().div_ceil(1_000);
-            self.now_us = bus_us.max(self.now_us + PATROL_US);
+            self.now_us = bus_us.max(self.now_us + POLL_PERIOD_US);
         }
     }
 
     /// Executes what the senses want to know until they want nothing more.
     fn exchange(&mut self) {
         for (number, bus) in BUSES.into_iter().enumerate() {
-            while let Some(transaction) = self.senses.next(bus, self.now_us) {
+            while let Some(transaction) = self.acquisition.next(bus, self.now_us) {
                 let result = self.buses.bus_mut(number).run(&transaction);
                 let result = result.as_deref().map_err(|error| (*error).into());
-                self.senses.answer(bus, self.now_us, result);
+                self.acquisition.answer(bus, self.now_us, result);
             }
         }
     }

@@ -302,11 +302,11 @@ mod tests {
     }
 
     fn tally(received: impl IntoIterator<Item = Received>) -> [u64; 5] {
-        let mut account = LossStats::new();
+        let mut loss_stats = LossStats::new();
         for received in received {
-            account.take(&received);
+            loss_stats.take(&received);
         }
-        let tally = account.tally();
+        let tally = loss_stats.tally();
         assert_eq!(tally.balance(tally.sent), Ok(()));
         [
             tally.sent,
@@ -337,11 +337,11 @@ mod tests {
     #[test]
     fn a_board_that_counts_other_frames_than_it_numbers_is_named() {
         let contradicted = |second: Received| {
-            let mut account = LossStats::since_boot(3);
+            let mut loss_stats = LossStats::since_boot(3);
             for received in [hello(0), hello(1), status_with(2, 2, 0), second] {
-                account.take(&received);
+                loss_stats.take(&received);
             }
-            let tally = account.tally();
+            let tally = loss_stats.tally();
             assert_eq!(tally.balance(tally.sent).is_err(), tally.contradicted > 0);
             tally.contradicted
         };
@@ -370,12 +370,12 @@ mod tests {
     }
 
     #[test]
-    fn an_account_since_boot_knows_what_is_lost_at_both_ends() {
-        let mut account = LossStats::since_boot(3);
-        account.take(&Received::Broken(FrameError::BadChecksum));
-        account.take(&hello(2));
-        account.close(10);
-        let tally = account.tally();
+    fn loss_stats_since_boot_include_losses_at_both_ends() {
+        let mut loss_stats = LossStats::since_boot(3);
+        loss_stats.take(&Received::Broken(FrameError::BadChecksum));
+        loss_stats.take(&hello(2));
+        loss_stats.close(10);
+        let tally = loss_stats.tally();
         assert_eq!((tally.received, tally.lost, tally.broken), (1, 9, 1));
         assert_eq!(tally.balance(10), Ok(()));
         let error = tally.balance(11).unwrap_err();

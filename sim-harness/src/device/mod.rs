@@ -51,7 +51,7 @@ pub use loss_stats::{FrameTally, Imbalance, LossStats};
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use post_mortem::post_mortem_in_words;
 pub use qemu::QemuOptions;
-pub use record::{MOST_RESETS, News, RecordError, record};
+pub use record::{MOST_RESETS, RecordError, RecordingEvent, record};
 pub use srecord::to_s_records;
 pub use transport::Ends;
 pub use verdict::{Equality, Verdict};

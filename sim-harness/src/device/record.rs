@@ -43,7 +43,7 @@ pub enum RecordError {
 
 /// What happens while a board is recorded.
 #[derive(Debug)]
-pub enum News<'a> {
+pub enum RecordingEvent<'a> {
     /// The board said something.
     Message(&'a Message),
     /// The link is gone, and why; it is being opened again.
@@ -68,7 +68,7 @@ pub enum News<'a> {
         particles_per_sensor: u16,
     },
     /// More than half of what comes is no frame: a wrong baud rate? At most once.
-    Junk,
+    MostlyNoise,
     /// The board has sent nothing for two seconds: the recording ends.
     Silent,
 }
@@ -110,7 +110,7 @@ pub fn record<W: Write>(
     board: &mut Board,
     config: &Config,
     open: impl FnMut(u32) -> std::io::Result<W>,
-    wanted: impl FnMut(News<'_>) -> bool,
+    wanted: impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<u32, RecordError> {
     record_at_pace(board, config, SHORTEST_PART, open, wanted)
 }
@@ -120,7 +120,7 @@ fn record_at_pace<W: Write>(
     config: &Config,
     shortest_part: Duration,
     mut open: impl FnMut(u32) -> std::io::Result<W>,
-    mut wanted: impl FnMut(News<'_>) -> bool,
+    mut wanted: impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<u32, RecordError> {
     let own = Config {
         source: Source::Board,
@@ -145,14 +145,14 @@ fn record_at_pace<W: Write>(
                 PartEnd::Enough => return Ok(part),
                 PartEnd::Restarted => part += 1,
             }
-            if !wanted(News::Restarted { part }) {
+            if !wanted(RecordingEvent::Restarted { part }) {
                 return Ok(part - 1);
             }
         }
         while Instant::now() < next_part {
             let rest = next_part.saturating_duration_since(Instant::now());
             std::thread::sleep(rest.min(ASKED_EVERY));
-            if board.is_interrupted() || !wanted(News::Waiting) {
+            if board.is_interrupted() || !wanted(RecordingEvent::Waiting) {
                 return Ok(part - 1);
             }
         }
@@ -176,7 +176,7 @@ fn record_part(
     start: &Input,
     configured: &[u8],
     writer: &mut RecordingWriter<impl Write>,
-    wanted: &mut impl FnMut(News<'_>) -> bool,
+    wanted: &mut impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<PartEnd, RecordError> {
     writer.write_input(start)?;
     writer.write_frames(configured)?;
@@ -193,20 +193,20 @@ fn record_part(
             Ok(None) => {
                 writer.write_frames(&board.take_whole_raw())?;
                 let is_silent = Instant::now() >= silent_at;
-                if is_silent && board.receives_junk() {
+                if is_silent && board.receives_noise() {
                     silent_at = Instant::now() + SILENCE;
                 } else if is_silent && has_recorded {
-                    wanted(News::Silent);
+                    wanted(RecordingEvent::Silent);
                     return Ok(PartEnd::Enough);
                 } else if is_silent {
                     return Err(LinkError::Silent.into());
                 }
-                let news = if board.take_junk() {
-                    News::Junk
+                let event = if board.take_baud_warning() {
+                    RecordingEvent::MostlyNoise
                 } else {
-                    News::Waiting
+                    RecordingEvent::Waiting
                 };
-                if wanted(news) {
+                if wanted(event) {
                     continue;
                 }
                 return Ok(PartEnd::Enough);
@@ -227,23 +227,23 @@ fn record_part(
         }
         writer.write_frames(&board.take_raw())?;
         has_recorded |= is_of_the_drive(&frame.message);
-        if board.take_junk() && !wanted(News::Junk) {
+        if board.take_baud_warning() && !wanted(RecordingEvent::MostlyNoise) {
             return Ok(PartEnd::Enough);
         }
         if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
-        let news = match &frame.message {
+        let event = match &frame.message {
             Message::Input(Input::Limit {
                 particles_per_sensor,
-            }) => News::Limited {
+            }) => RecordingEvent::Limited {
                 particles_per_sensor: *particles_per_sensor,
             },
-            Message::Input(input) => News::Input(input),
-            Message::Hello | Message::Calibrate | Message::Truth(_) => News::Waiting,
-            message => News::Message(message),
+            Message::Input(input) => RecordingEvent::Input(input),
+            Message::Hello | Message::Calibrate | Message::Truth(_) => RecordingEvent::Waiting,
+            message => RecordingEvent::Message(message),
         };
-        if !wanted(news) {
+        if !wanted(event) {
             return Ok(PartEnd::Enough);
         }
     }
@@ -306,9 +306,9 @@ fn is_gone(error: &LinkError) -> bool {
 fn reconnect(
     board: &mut Board,
     error: &LinkError,
-    wanted: &mut impl FnMut(News<'_>) -> bool,
+    wanted: &mut impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> bool {
-    let mut goes_on = !board.is_interrupted() && wanted(News::Vanished(error));
+    let mut goes_on = !board.is_interrupted() && wanted(RecordingEvent::Vanished(error));
     board.disconnect();
     let mut pause = FIRST_RETRY;
     while goes_on {
@@ -316,10 +316,10 @@ fn reconnect(
         while goes_on && Instant::now() < next {
             let rest = next.saturating_duration_since(Instant::now());
             std::thread::sleep(rest.min(ASKED_EVERY));
-            goes_on = !board.is_interrupted() && wanted(News::Away);
+            goes_on = !board.is_interrupted() && wanted(RecordingEvent::Away);
         }
         if goes_on && board.reconnect().is_ok() {
-            return wanted(News::Back);
+            return wanted(RecordingEvent::Back);
         }
         pause = (2 * pause).min(LONGEST_RETRY);
     }
@@ -416,7 +416,7 @@ mod tests {
             opened.push(start.elapsed());
             Ok(std::io::sink())
         };
-        let wanted = |_: News<'_>| start.elapsed() < Duration::from_millis(2500);
+        let wanted = |_: RecordingEvent<'_>| start.elapsed() < Duration::from_millis(2500);
         record(&mut board, &Config::default(), open, wanted).unwrap();
         assert!((1..=3).contains(&opened.len()), "{opened:?}");
     }

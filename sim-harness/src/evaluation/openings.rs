@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_footprint_is_free_whatever_the_map_says() {
+    fn the_footprint_is_free_whatever_the_map_contains() {
         let passage = Rectangle {
             min: Vector::new(0.04, 0.04),
             max: Vector::new(0.14, 0.14),

@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_map_has_no_ratios_and_says_so() {
+    fn an_empty_map_has_no_ratios() {
         let scores = Scores::of(&Map::unknown(0.01), &truth());
         assert_eq!((scores.oe, scores.tpr, scores.j), (None, None, None));
         close(scores.coverage, 0.0);

@@ -41,12 +41,12 @@ impl ActiveFaults {
     /// The same, and a component that breaks at a time for good.
     #[must_use]
     pub fn from(self, from_us: u64, component: Component, kind: Kind) -> Self {
-        self.during(from_us..u64::MAX, component, kind)
+        self.within(from_us..u64::MAX, component, kind)
     }
 
     /// The same, and a component that is broken for a time.
     #[must_use]
-    pub fn during(mut self, when_us: Range<u64>, component: Component, kind: Kind) -> Self {
+    pub fn within(mut self, when_us: Range<u64>, component: Component, kind: Kind) -> Self {
         self.all.push(ActiveFault {
             component,
             kind,

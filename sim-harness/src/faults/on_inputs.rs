@@ -60,7 +60,7 @@ impl Faults {
                 faults: self.active(seed),
                 stuck: [None; SENSORS],
                 late: VecDeque::new(),
-                told: VecDeque::new(),
+                output: VecDeque::new(),
             },
         })
     }
@@ -93,7 +93,7 @@ impl<I: Iterator<Item = Input>> Iterator for FaultyInputs<I> {
 
     fn next(&mut self) -> Option<Input> {
         loop {
-            if let Some(input) = self.broken.told.pop_front() {
+            if let Some(input) = self.broken.output.pop_front() {
                 return Some(input);
             }
             if self.is_at_end {
@@ -139,7 +139,7 @@ struct Broken {
     /// Odometry that is still to come, with its new stamp.
     late: VecDeque<(u64, Input)>,
     /// Inputs that are to be handed on.
-    told: VecDeque<Input>,
+    output: VecDeque<Input>,
 }
 
 impl Broken {
@@ -154,10 +154,11 @@ impl Broken {
                     Some(sensor) => self.sample(sensor, sample, now_us),
                     None => sample,
                 });
-                self.told.push_back(Input::Proximity { stamp_us, samples });
+                self.output
+                    .push_back(Input::Proximity { stamp_us, samples });
             }
             Input::Odometry { .. } | Input::Wheels { .. } => self.take_motion(input, now_us),
-            _ => self.told.push_back(input),
+            _ => self.output.push_back(input),
         }
     }
 
@@ -165,35 +166,35 @@ impl Broken {
         let active = self.faults.placed(Component::Sensor(sensor), now_us);
         let active: Vec<_> = active.collect();
         let stuck = active.iter().any(|(_, kind)| *kind == Kind::Stuck);
-        let mut told = sample;
+        let mut faulty = sample;
         for (place, kind) in active {
-            told = match (kind, told) {
+            faulty = match (kind, faulty) {
                 (Kind::Off, _) => Sample::Missing,
-                (Kind::Intermittent(share), told) => {
+                (Kind::Intermittent(share), faulty) => {
                     if self.is_out(place, share, now_us) {
                         Sample::Missing
                     } else {
-                        told
+                        faulty
                     }
                 }
                 // A sensor that says nothing says nothing wrong either.
                 (_, Sample::Missing) => Sample::Missing,
                 (Kind::Saturated, _) => Sample::Saturated,
-                (Kind::Stuck, told) => self.held_at(sensor, told),
+                (Kind::Stuck, faulty) => self.stuck_at(sensor, faulty),
                 (Kind::Garbage, _) => self.garbage(sensor, now_us),
                 (Kind::Wrong(by), Sample::Counts(counts)) => {
                     Sample::Counts(counts.saturating_add(by))
                 }
-                (_, told) => told,
+                (_, faulty) => faulty,
             };
         }
         if !stuck && let Some(held) = self.stuck.get_mut(sensor) {
             *held = None;
         }
-        told
+        faulty
     }
 
-    fn held_at(&mut self, sensor: usize, sample: Sample) -> Sample {
+    fn stuck_at(&mut self, sensor: usize, sample: Sample) -> Sample {
         let held = self.stuck.get_mut(sensor);
         held.map_or(sample, |held| *held.get_or_insert(sample))
     }
@@ -239,7 +240,7 @@ impl Broken {
         // Nothing overtakes what is on its way.
         let last_us = self.late.back().map_or(0, |(last_us, _)| *last_us);
         if late_us == 0 && self.late.is_empty() {
-            self.told.push_back(input);
+            self.output.push_back(input);
         } else {
             self.late.push_back((due_us.max(last_us), input));
         }
@@ -257,7 +258,7 @@ impl Broken {
                 }
                 _ => {}
             }
-            self.told.push_back(input);
+            self.output.push_back(input);
         }
     }
 }

@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn a_header_without_tabs_is_refused_with_what_it_has() {
-        for (separator, said) in [
+        for (separator, message) in [
             (",", "commas"),
             (", ", "commas"),
             (";", "semicolons"),
@@ -171,7 +171,7 @@ mod tests {
         ] {
             let header = HEADER.replace('\t', separator);
             let problem = check(&header, b"").unwrap_err().to_string();
-            let begin = format!("{said} between the columns of 'PRV 0");
+            let begin = format!("{message} between the columns of 'PRV 0");
             assert!(problem.starts_with(&begin), "{problem}");
             assert!(
                 problem.contains("', not tabs; expected the header"),
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_of_a_room_tell_their_unit() {
+    fn the_size_of_the_coordinates_gives_their_unit() {
         for (x, unit) in [
             ("3010304", Some("micrometres")),
             ("-3010.3", Some("millimetres")),

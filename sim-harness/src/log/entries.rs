@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn utf16_is_told_with_and_without_its_mark() {
+    fn utf16_is_recognised_with_and_without_its_mark() {
         for text in [
             &b"\xFF\xFEP"[..],
             b"\xFE\xFF\0P",

@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robots_recordings_are_told_from_what_can_be_made_again() {
+    fn a_robots_recordings_differ_from_simulated_ones() {
         assert!(is_of_a_robot(&recording(Source::Board)));
         assert!(is_of_a_robot(b"PRV 0\tPRV 1\tPRV 2"));
         assert!(is_of_a_robot(b"\xef\xbb\xbfprv0\tPRV 1"));

@@ -104,7 +104,7 @@ impl Frames {
     fn take(&mut self, rules: &mut Rules, place: Place, frame: Frame) -> ControlFlow<()> {
         let mut continuity = self
             .sequences
-            .follow(frame.boot_id, frame.sequence, &self.encoded);
+            .check(frame.boot_id, frame.sequence, &self.encoded);
         let is_configuration = matches!(frame.message, Message::Input(Input::Configure(_)));
         if is_configuration && self.encoded != self.before {
             // A line repeats a frame directly behind it. With frames of the board in between,

@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_without_a_known_cell_says_so() {
+    fn a_map_without_a_known_cell_has_a_note() {
         let mut grid = Map::unknown(0.01);
         let picture = MapPicture::default().render(&grid);
         assert!(picture.width() <= 400 && picture.height() <= 200);
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_that_is_cut_says_so_in_red() {
+    fn a_map_that_is_cut_has_a_red_note() {
         let mut grid = map(0.01, &["#"]);
         let whole = MapPicture::default().render(&grid);
         assert_eq!(count(&whole, OUTLINE), 0);
@@ -449,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_bar_is_as_long_as_it_says() {
+    fn the_scale_bar_has_the_length_of_its_label() {
         // 90 known cells of 10 mm and a margin: 9 pixels a cell, 100 mm are 90 pixels.
         let row = ".".repeat(90);
         let picture = MapPicture::default().render(&map(0.01, &[row.as_str(); 90]));

@@ -14,10 +14,10 @@
 
 mod bring_up;
 mod bus_faults;
-mod driven;
 mod frames;
-mod mapped;
-mod scene;
+mod node_run;
+mod robot_drive;
+mod sensed_world;
 mod sensor_clock;
 mod sensor_faults;
 mod simulated;
@@ -25,10 +25,10 @@ mod stamps;
 mod wheel_module;
 
 pub use bring_up::OFFSETS;
-pub use driven::{RobotDrive, drive};
-pub use mapped::{Mapped, map};
-pub use scene::Scene;
-pub use sensor_clock::{Rhythm, SensorClocks};
+pub use node_run::{NodeRun, map};
+pub use robot_drive::{RobotDrive, drive};
+pub use sensed_world::SensedWorld;
+pub use sensor_clock::{PartClocks, SensorClocks};
 pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};
 pub use simulated::{AcquisitionReport, ReportContent, Robot, STARTS_DRIVING_US};
 pub use stamps::{StampRow, StampTrials};

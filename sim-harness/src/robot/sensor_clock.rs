@@ -24,7 +24,7 @@ pub enum SensorClocks {
 
 /// When the parts do what they do: no two of them have a clock in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rhythm {
+pub struct PartClocks {
     /// The sensors.
     pub sensors: SensorClocks,
     /// First update of the odometry after the power came up, microseconds.
@@ -33,7 +33,7 @@ pub struct Rhythm {
     pub first_frame_us: u64,
 }
 
-impl Rhythm {
+impl PartClocks {
     /// Phases and errors that a seed draws.
     #[must_use]
     pub fn drawn(seed: u64) -> Self {

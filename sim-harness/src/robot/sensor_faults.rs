@@ -82,7 +82,7 @@ pub struct SensorFaultRow {
     /// The filter.
     pub profile: Profile,
     /// What was broken; `None` for nothing.
-    pub trouble: Option<SensorBreak>,
+    pub sensor_break: Option<SensorBreak>,
     /// Overall error at the best wall expansion.
     pub oe: MeanStd,
     /// Overall error with the walls as they are.
@@ -105,8 +105,8 @@ impl SensorFaultRow {
     /// Whether the trouble costs no drive more than it may.
     #[must_use]
     pub fn holds(&self) -> bool {
-        self.trouble.is_none_or(|trouble| {
-            let most = trouble.most_loss();
+        self.sensor_break.is_none_or(|sensor_break| {
+            let most = sensor_break.most_loss();
             self.worst.is_some_and(|(loss, _)| loss <= most)
         })
     }
@@ -133,8 +133,8 @@ impl SensorFaultTrials {
                 let of_profile: Vec<BreakScores> =
                     drives.iter().map(|drive| drive[place]).collect();
                 let troubles = [None].into_iter().chain(SensorBreak::ALL.map(Some));
-                rows.extend(troubles.enumerate().map(|(column, trouble)| {
-                    row(scenario, profile, trouble, &seeds, column, &of_profile)
+                rows.extend(troubles.enumerate().map(|(column, sensor_break)| {
+                    row(scenario, profile, sensor_break, &seeds, column, &of_profile)
                 }));
             }
         }
@@ -174,7 +174,7 @@ const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
 fn row(
     scenario: &Scenario,
     profile: Profile,
-    trouble: Option<SensorBreak>,
+    sensor_break: Option<SensorBreak>,
     seeds: &[u64],
     column: usize,
     drives: &[BreakScores],
@@ -192,7 +192,7 @@ fn row(
     SensorFaultRow {
         scenario: scenario.name.clone(),
         profile,
-        trouble,
+        sensor_break,
         oe: spread(|scores| scores.oe),
         oe_unexpanded: spread(|scores| scores.oe_unexpanded),
         tpr: spread(|scores| scores.tpr),
@@ -209,17 +209,17 @@ impl fmt::Display for SensorFaultRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let figure = |value, decimals| Number { value, decimals };
         let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 2);
-        let verdict = match self.trouble {
+        let verdict = match self.sensor_break {
             None => "    ",
             Some(_) if self.holds() => "PASS",
             Some(_) => "FAIL",
         };
-        let trouble = self
-            .trouble
-            .map_or("none".to_owned(), |trouble| trouble.to_string());
+        let sensor_break = self
+            .sensor_break
+            .map_or("none".to_owned(), |sensor_break| sensor_break.to_string());
         write!(
             f,
-            "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
+            "{verdict}  {:6} {:5} {sensor_break:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
              coverage {:4}",
             self.scenario,
             super::profile_name(self.profile),
@@ -230,7 +230,7 @@ impl fmt::Display for SensorFaultRow {
             figure(self.surface_recall.mean, 2),
             figure(self.coverage.mean, 2),
         )?;
-        let (Some(trouble), Some((worst, seed))) = (self.trouble, self.worst) else {
+        let (Some(sensor_break), Some((worst, seed))) = (self.sensor_break, self.worst) else {
             return Ok(());
         };
         write!(
@@ -238,7 +238,7 @@ impl fmt::Display for SensorFaultRow {
             "  loss {:5}, worst {:5} ({seed}) <= {:.0} points",
             percent(self.loss.mean),
             percent(Some(worst)),
-            100.0 * trouble.most_loss()
+            100.0 * sensor_break.most_loss()
         )
     }
 }

@@ -16,13 +16,13 @@ use amiro_ipf::random::Generator;
 use super::bring_up::buses;
 use super::frames::FrameWay;
 use super::wheel_module::WheelModule;
-use super::{Rhythm, Scene, SensorClocks};
+use super::{PartClocks, SensedWorld, SensorClocks};
 use crate::bus::RobotBuses;
 use crate::faults::{ActiveFaults, Component, Kind, period_us};
 use crate::world::{Options, Scenario};
 
 /// Between two patrols of the flash image: 2 kHz.
-const PATROL_US: u64 = 500;
+const POLL_PERIOD_US: u64 = 500;
 /// Patrols between two reports of health.
 const HEALTH_EVERY: u64 = 250;
 /// The robot stands so long after its power came up: the sensors have earned trust and
@@ -79,20 +79,20 @@ impl ReportContent {
 /// [`STARTS_DRIVING_US`] first; its stamps count from when its power came up.
 #[derive(Debug)]
 pub struct Robot {
-    scene: Scene,
+    sensed_world: SensedWorld,
     faults: ActiveFaults,
     seed: u64,
     clocks: SensorClocks,
     buses: RobotBuses,
-    senses: Acquisition,
+    acquisition: Acquisition,
     wheels: WheelModule,
     frames: FrameWay,
     now_us: u64,
-    patrols: u64,
+    polls: u64,
     /// The measurement of each sensor that its signal is set for.
     prepared_ns: [Option<u64>; SENSORS],
     /// What a stuck sensor measures.
-    held: [Option<u16>; SENSORS],
+    stuck_at: [Option<u16>; SENSORS],
     reports: VecDeque<AcquisitionReport>,
 }
 
@@ -103,21 +103,21 @@ impl Robot {
     /// odometries it has wheel errors or none.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: ActiveFaults) -> Self {
-        Self::with_rhythm(scenario, seed, options, faults, &Rhythm::drawn(seed))
+        Self::with_clocks(scenario, seed, options, faults, &PartClocks::drawn(seed))
     }
 
     /// A robot whose parts run by the given clocks.
     #[must_use]
-    pub fn with_rhythm(
+    pub fn with_clocks(
         scenario: &Scenario,
         seed: u64,
         options: &Options,
         faults: ActiveFaults,
-        rhythm: &Rhythm,
+        part_clocks: &PartClocks,
     ) -> Self {
-        let scene = Scene::of(scenario, seed, options);
-        let mut buses = buses(scene.used());
-        match rhythm.sensors {
+        let sensed_world = SensedWorld::of(scenario, seed, options);
+        let mut buses = buses(sensed_world.used());
+        match part_clocks.sensors {
             SensorClocks::Scattered { seed } => buses.scatter_clocks(seed),
             SensorClocks::Together { .. } => {
                 for sensor in 0..SENSORS {
@@ -130,18 +130,24 @@ impl Robot {
         }
         faults.script(&mut buses, STARTS_DRIVING_US);
         Self {
-            wheels: WheelModule::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
+            wheels: WheelModule::new(
+                sensed_world.drive(),
+                STARTS_DRIVING_US,
+                seed,
+                options,
+                part_clocks,
+            ),
             frames: FrameWay::default(),
-            scene,
+            sensed_world,
             faults,
             seed,
-            clocks: rhythm.sensors,
+            clocks: part_clocks.sensors,
             buses,
-            senses: Acquisition::new(),
+            acquisition: Acquisition::new(),
             now_us: 0,
-            patrols: 0,
+            polls: 0,
             prepared_ns: [None; SENSORS],
-            held: [None; SENSORS],
+            stuck_at: [None; SENSORS],
             reports: VecDeque::new(),
         }
     }
@@ -149,52 +155,55 @@ impl Robot {
     /// Where the robot is at a time after its power came up.
     #[must_use]
     pub fn true_pose_at(&self, at_us: u64) -> Pose {
-        self.scene.pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
+        self.sensed_world
+            .pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
     }
 
     /// How each sensor is, as the senses know it by now.
     #[must_use]
     pub fn sensors(&self) -> [SensorState; SENSORS] {
-        self.senses.sensors(self.now_us).map(|sensor| sensor.state)
+        self.acquisition
+            .sensors(self.now_us)
+            .map(|sensor| sensor.state)
     }
 
     /// How the parts are by now.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
-            sensors: self.senses.sensors(self.now_us),
-            buses: self.senses.buses(),
+            sensors: self.acquisition.sensors(self.now_us),
+            buses: self.acquisition.buses(),
             can: CanHealth {
                 state: CanState::On,
-                ..self.senses.can()
+                ..self.acquisition.can()
             },
             seed: SeedSource::Configured,
-            offsets: self.senses.offset_origin(),
+            offsets: self.acquisition.offset_origin(),
         }
     }
 
     /// Half a millisecond, as the flash image spends it.
-    fn patrol(&mut self) {
+    fn poll(&mut self) {
         self.take_frames();
         self.buses.advance_to(self.now_us * 1_000);
-        self.light_the_sensors();
-        let until_us = self.now_us + PATROL_US;
+        self.set_signals();
+        let until_us = self.now_us + POLL_PERIOD_US;
         // What is pending now is begun; a round that begins now is, at the next patrol.
         let pending = BUSES.map(|bus| {
             // A transaction that waited for a wire that is held may have taken longer than
             // a patrol.
             let is_late = self.buses.bus_mut(index_of(bus)).now_ns() / 1_000 >= until_us;
-            let next = (!is_late).then(|| self.senses.next(bus, self.now_us));
+            let next = (!is_late).then(|| self.acquisition.next(bus, self.now_us));
             (bus, next.flatten())
         });
-        if let Some(input) = self.senses.poll(self.now_us) {
+        if let Some(input) = self.acquisition.poll(self.now_us) {
             self.report(ReportContent::Samples(input));
         }
-        if let Some(offsets) = self.senses.take_offsets() {
+        if let Some(offsets) = self.acquisition.take_offsets() {
             self.report(ReportContent::Offsets(offsets));
         }
-        self.patrols += 1;
-        if self.patrols.is_multiple_of(HEALTH_EVERY) {
+        self.polls += 1;
+        if self.polls.is_multiple_of(HEALTH_EVERY) {
             self.report(ReportContent::Health(self.health()));
         }
         for (bus, pending) in pending {
@@ -216,23 +225,23 @@ impl Robot {
             let result = line.run(&transaction);
             let result = result.as_deref().map_err(|error| (*error).into());
             let now_us = line.now_ns() / 1_000;
-            self.senses.answer(bus, now_us, result);
+            self.acquisition.answer(bus, now_us, result);
             if now_us >= until_us {
                 return;
             }
-            next = self.senses.next(bus, now_us);
+            next = self.acquisition.next(bus, now_us);
         }
     }
 
     /// Takes the frames that came since the patrol before, each at its own time.
     fn take_frames(&mut self) {
-        while let Some(sent) = self.wheels.sent_by(self.now_us, self.scene.drive()) {
+        while let Some(sent) = self.wheels.sent_by(self.now_us, self.sensed_world.drive()) {
             let drive_us = sent.at_us.saturating_sub(STARTS_DRIVING_US);
             self.frames.take(sent, drive_us, &self.faults);
         }
         while let Some(arrived) = self.frames.arrived_by(self.now_us) {
-            let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
-            if let CanAction::Input(input) = heard {
+            let action = self.acquisition.take_frame(arrived.at_us, &arrived.frame);
+            if let CanAction::Input(input) = action {
                 self.reports.push_back(AcquisitionReport {
                     at_us: arrived.at_us,
                     content: ReportContent::Pose {
@@ -246,8 +255,8 @@ impl Robot {
 
     /// Puts before each sensor what its measurement under way is to give: each has one
     /// every 8 ms, so that none is missed.
-    fn light_the_sensors(&mut self) {
-        for sensor in self.scene.used().iter() {
+    fn set_signals(&mut self) {
+        for sensor in self.sensed_world.used().iter() {
             let part = self.buses.sensor_mut(sensor);
             let Some(at_ns) = part.measures_at_ns() else {
                 self.prepared_ns[sensor] = None;
@@ -272,7 +281,7 @@ impl Robot {
                 _ => at_ns,
             };
             if self.prepared_ns[sensor].replace(at_ns) != Some(at_ns) {
-                self.light(sensor, at_ns);
+                self.set_signal(sensor, at_ns);
             }
         }
     }
@@ -288,7 +297,7 @@ impl Robot {
         slow.max()
     }
 
-    fn light(&mut self, sensor: usize, at_ns: u64) {
+    fn set_signal(&mut self, sensor: usize, at_ns: u64) {
         let drive_ns = at_ns.cast_signed() - (STARTS_DRIVING_US * 1_000).cast_signed();
         let drive_us = u64::try_from(drive_ns / 1_000).unwrap_or(0);
         let component = Component::Sensor(sensor);
@@ -298,7 +307,7 @@ impl Robot {
             _ => None,
         });
         let seen_ns = drive_ns - late.max().unwrap_or(0).cast_signed();
-        let Some(mut raw) = self.scene.raw_counts(sensor, seen_ns) else {
+        let Some(mut raw) = self.sensed_world.raw_counts(sensor, seen_ns) else {
             return;
         };
         let mut ambient_counts = 0;
@@ -326,11 +335,11 @@ impl Robot {
                 _ => {}
             }
         }
-        let held = &mut self.held[sensor];
+        let stuck_at = &mut self.stuck_at[sensor];
         if is_stuck {
-            raw = *held.get_or_insert(raw);
+            raw = *stuck_at.get_or_insert(raw);
         } else {
-            *held = None;
+            *stuck_at = None;
         }
         let part = self.buses.sensor_mut(sensor);
         part.set_signal(raw);
@@ -342,9 +351,9 @@ impl Iterator for Robot {
     type Item = AcquisitionReport;
 
     fn next(&mut self) -> Option<AcquisitionReport> {
-        let end_us = STARTS_DRIVING_US + self.scene.drive().end_us() + STANDS_US;
+        let end_us = STARTS_DRIVING_US + self.sensed_world.drive().end_us() + STANDS_US;
         while self.reports.is_empty() && self.now_us < end_us {
-            self.patrol();
+            self.poll();
         }
         self.reports.pop_front()
     }

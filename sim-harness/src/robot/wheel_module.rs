@@ -4,7 +4,7 @@ use amiro_ipf::board::can::{self, CanFrame};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::Generator;
 
-use super::Rhythm;
+use super::PartClocks;
 use crate::world::{
     Drive, FRAME_PERIOD_US, OdometryModel, Options, UPDATE_PERIOD_US, WheelErrors, WheelWalk,
 };
@@ -52,7 +52,7 @@ impl WheelModule {
         starts_us: u64,
         seed: u64,
         options: &Options,
-        rhythm: &Rhythm,
+        clocks: &PartClocks,
     ) -> Self {
         let errors = match options.odometry {
             OdometryModel::WheelErrors(errors) => errors,
@@ -67,8 +67,8 @@ impl WheelModule {
         Self {
             walk: WheelWalk::new(&errors, &drive.pose_at(0), generator),
             starts_us,
-            next_update_us: rhythm.first_update_us,
-            next_frame_us: rhythm.first_frame_us,
+            next_update_us: clocks.first_update_us,
+            next_frame_us: clocks.first_frame_us,
             reckoned: None,
         }
     }

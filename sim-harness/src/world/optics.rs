@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn an_endless_wall_across_the_axis_returns_what_the_law_says() {
+    fn an_endless_wall_across_the_axis_has_the_return_of_the_law() {
         // The sines are within 3e-7, so the returns within some 1e-6 of themselves.
         for range in [0.05, 0.1, 0.15] {
             let law = f64::from(LAW.alpha_counts_m2) / (range * range);

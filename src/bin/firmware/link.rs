@@ -172,8 +172,8 @@ impl Outbox {
     /// Queues a frame, or drops it and counts it.
     ///
     /// Particle frames leave a reserve for all other frames; nothing waits.
-    pub(crate) fn send(&mut self, frame: &[u8], importance: Priority) {
-        let reserve = match importance {
+    pub(crate) fn send(&mut self, frame: &[u8], priority: Priority) {
+        let reserve = match priority {
             Priority::BestEffort => RESERVE,
             Priority::Reliable => 0,
         };

@@ -154,8 +154,8 @@ impl Device for Vcnl4020Model {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.pass(now_ns);
         self.latched = None;
-        let hears = self.plugged && self.deaf_at_ns != Some(now_ns);
-        self.transfer = match (hears && address == ADDRESS, read) {
+        let is_addressed = self.plugged && self.deaf_at_ns != Some(now_ns);
+        self.transfer = match (is_addressed && address == ADDRESS, read) {
             (false, _) => RegisterTransfer::Idle,
             (true, false) => RegisterTransfer::Register,
             (true, true) => RegisterTransfer::Read,
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_to_another_address() {
+    fn another_address_is_not_acknowledged() {
         let mut sensor = Vcnl4020Model::default();
         assert!(!sensor.start(0x14, false, 0));
         assert!(!sensor.write(0x83, 0));
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn each_rate_measures_as_often_as_the_sheet_says() {
+    fn each_rate_matches_the_data_sheet() {
         for (rate, in_1024_ms) in [(0, 2), (1, 4), (2, 8), (3, 16), (4, 32), (5, 64), (7, 256)] {
             let mut sensor = Vcnl4020Model::default();
             sensor.queue_signals(1..=300);
@@ -440,7 +440,7 @@ mod tests {
     }
 
     #[test]
-    fn another_part_says_so_after_a_reset_as_well() {
+    fn another_part_keeps_its_identity_after_a_reset() {
         let mut sensor = Vcnl4020Model::default();
         sensor.set_identity(0x32);
         let fault = Vcnl4020Fault::Reset;

@@ -11,7 +11,7 @@ use crate::{RunError, RunOutcome, run};
 
 /// What a node made of inputs.
 #[derive(Clone, Debug)]
-pub struct Mapped {
+pub struct NodeRun {
     /// All its events.
     pub events: Vec<Event>,
     /// Steps and refusals.
@@ -24,7 +24,7 @@ pub struct Mapped {
 ///
 /// # Errors
 /// As [`run`].
-pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Mapped, RunError> {
+pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<NodeRun, RunError> {
     let mut mapper = CountingMapper::new(scenario.cell_m);
     let mut records = FilterRecords::new(config.photometry);
     let mut events = Vec::new();
@@ -32,14 +32,14 @@ pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Map
         records.translate(event, &mut |record| mapper.take(record));
         events.push(event.clone());
     })?;
-    Ok(Mapped {
+    Ok(NodeRun {
         events,
         outcome,
         map: mapper.map(),
     })
 }
 
-impl Mapped {
+impl NodeRun {
     /// What each step began with.
     pub fn steps(&self) -> impl Iterator<Item = &StepBegun> {
         self.events.iter().filter_map(|event| match event {

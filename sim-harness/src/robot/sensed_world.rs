@@ -16,7 +16,7 @@ const NOISE_STREAM: u64 = 0x72_6f62_6f74;
 /// A count depends on the seed, the sensor and the moment alone, not on what was asked
 /// before: whoever knows when a sensor measures knows what.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct SensedWorld {
     shapes: Vec<Shape>,
     drive: Drive,
     options: Options,
@@ -25,7 +25,7 @@ pub struct Scene {
     seed: u64,
 }
 
-impl Scene {
+impl SensedWorld {
     /// The scene of a scenario; of the options those that concern sensors, but dropout.
     #[must_use]
     pub fn of(scenario: &Scenario, seed: u64, options: &Options) -> Self {
@@ -93,9 +93,9 @@ mod tests {
     use crate::world::standard;
 
     #[test]
-    fn a_count_does_not_depend_on_what_was_asked_before() {
+    fn a_count_does_not_depend_on_earlier_counts() {
         let scenario = standard("msod").unwrap().unwrap();
-        let mut once = Scene::of(&scenario, 3, &Options::default());
+        let mut once = SensedWorld::of(&scenario, 3, &Options::default());
         let mut often = once.clone();
         for sensor in 0..SENSORS {
             often.raw_counts(sensor, 7_000_000);
@@ -112,9 +112,9 @@ mod tests {
         let scenario = standard("msod").unwrap().unwrap();
         let mut counts = Vec::new();
         for seed in 1..=3 {
-            let mut scene = Scene::of(&scenario, seed, &Options::default());
+            let mut sensed_world = SensedWorld::of(&scenario, seed, &Options::default());
             // The robot stands before its drive: all that differs is noise.
-            let far = (0..1_000).filter_map(|step| scene.raw_counts(0, -8_000_000 * step));
+            let far = (0..1_000).filter_map(|step| sensed_world.raw_counts(0, -8_000_000 * step));
             counts.push(far.map(f64::from).collect::<Vec<_>>());
         }
         for of_seed in &counts {
