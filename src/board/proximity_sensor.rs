@@ -135,7 +135,7 @@ impl ProximitySensor {
         }
     }
 
-    /// The last raw value, whatever its age and state.
+    /// The last raw value, of any age and state.
     #[must_use]
     pub fn raw(&self) -> Option<u16> {
         self.last.map(|last| last.proximity)

@@ -1,4 +1,4 @@
-//! The particle set: eight bytes a particle, structure of arrays, fixed capacity.
+//! The particle set: eight bytes per particle, structure of arrays, fixed capacity.
 
 use super::Evaluation;
 use crate::checksum::Digest;

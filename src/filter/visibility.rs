@@ -1,7 +1,7 @@
 //! Visibility: which sensors can possibly have a place in view.
 //!
 //! Lobes of 60 degrees at a spacing of 45 overlap only in pairs and triples, so most
-//! of the ring need not be asked about a particle. A coarse table over the local map
+//! of the ring need not be evaluated for a particle. A coarse table over the local map
 //! names those that must be.
 
 use crate::geometry::Point;

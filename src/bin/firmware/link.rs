@@ -13,7 +13,7 @@ use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 use crate::requests::TASKS;
 use amiro_ipf::board::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
-/// Received bytes lost for want of room or to line errors.
+/// Received bytes lost because of a full queue or a line error.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// A frame that waits to be sent; on a word's boundary, like the encoder's.

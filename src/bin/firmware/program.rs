@@ -223,7 +223,7 @@ impl Program {
         let steps = self.endpoint.node().status().steps;
         if steps != self.steps_seen {
             let cycles = (self.cycles.now() - start).min(u64::from(u32::MAX)) as u32;
-            // A new configuration counts its steps, and their most cycles, anew.
+            // A new configuration starts new step counts and a new maximum of cycles.
             let most = if steps > self.steps_seen {
                 self.status.step_cycles_max
             } else {
