@@ -1,4 +1,4 @@
-//! What a run's events add up to: the map, the path, the counts.
+//! The record of a run: its map, path and statistics.
 
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use amiro_ipf::node::{Config, Event, StepDone};
@@ -8,7 +8,7 @@ use crate::drive::{FilterRecords, Record};
 use crate::geometry::Pose2;
 use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
-/// Collects a run's events, from a host's node or from a board alike.
+/// Collects the events of a run, on a host's node or on a board.
 #[derive(Clone, Debug)]
 pub struct RunRecord {
     records: FilterRecords,
@@ -22,7 +22,7 @@ pub struct RunRecord {
     statistics: RunStatistics,
 }
 
-/// A run in figures.
+/// The statistics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RunStatistics {
     /// Steps of the filter.
@@ -46,7 +46,7 @@ pub struct RunStatistics {
     pub mean_step_m: Option<f64>,
     /// Length of the path through the steps' poses, metres, without jumps.
     pub path_m: f64,
-    /// Jumps of the path: steps before which the odometry broke off, or that are farther
+    /// Jumps of the path: steps before which the odometry was reset, or that are farther
     /// from the step before than the robot can have driven.
     pub jumps: u64,
     /// Occupied cells of the map.
@@ -62,7 +62,7 @@ pub struct RunStatistics {
 }
 
 impl RunRecord {
-    /// An empty survey of a robot with a configuration, with map cells of the given size,
+    /// An empty record of a robot with a configuration, with map cells of the given size,
     /// metres; with a radius, metres, the footprint of that hull is free in the map.
     #[must_use]
     pub fn new(config: &Config, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
@@ -142,13 +142,13 @@ impl RunRecord {
         self.mapper.map()
     }
 
-    /// The map so far without the robot's footprint: what the particles gave alone.
+    /// The map so far without the robot's footprint: the particles' outcomes only.
     #[must_use]
     pub fn counted_map(&self) -> Map {
         self.mapper.counted().map()
     }
 
-    /// The figures so far.
+    /// The statistics so far.
     #[must_use]
     pub fn statistics(&self) -> RunStatistics {
         let path = self.path();
@@ -176,8 +176,8 @@ impl RunRecord {
 
 /// Whether a robot can have driven from one step to the next in the time between.
 ///
-/// Each pose may be predicted over the age that an odometry pose may have at most, so
-/// that both may be off by that much way.
+/// Each pose may be predicted over the age that an odometry pose may have at most, so that
+/// each may be off by the distance driven in that time.
 fn is_drivable((from_us, from): &(u64, Pose2), (to_us, to): &(u64, Pose2)) -> bool {
     let between_us = to_us.saturating_sub(*from_us);
     let seconds = 1e-6 * between_us.saturating_add(2 * MAX_AGE_US) as f64;

@@ -1,4 +1,4 @@
-//! A driver's door to a bus: embedded-hal's `I2c`.
+//! The bus for drivers: embedded-hal's `I2c`.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, O
 
 use super::{Device, FakeBus, LineFault};
 
-/// How long a byte is waited for while SCL is held low.
+/// Longest wait for a byte while SCL is held low.
 const PATIENCE_NS: u64 = 1_000_000;
-/// Clocks after which a part that waits in the middle of a byte has let go of SDA.
+/// Clocks after which a part in the middle of a byte has released SDA.
 const FREEING_CLOCKS: u32 = 9;
 
 /// How a transaction failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FakeBusError {
-    /// The address or a byte found no acknowledgement.
+    /// The address or a byte was not acknowledged.
     NoAcknowledge(NoAcknowledgeSource),
     /// The wires.
     Line(LineFault),
@@ -33,7 +33,7 @@ impl Error for FakeBusError {
             Self::NoAcknowledge(source) => ErrorKind::NoAcknowledge(source),
             Self::Line(LineFault::ArbitrationLost) => ErrorKind::ArbitrationLoss,
             Self::Line(LineFault::SdaLow) => ErrorKind::Bus,
-            // There is no kind for a wait that was given up.
+            // embedded-hal has no kind for a wait that timed out.
             Self::Line(LineFault::SclLow) => ErrorKind::Other,
         }
     }
@@ -67,9 +67,7 @@ impl<P: Device> ErrorType for FakeBus<P> {
 }
 
 /// A master that waits, but at most 1 ms for a byte.
-///
-/// After an error it frees the bus as far as it can: with a stop, and up to nine clocks
-/// before it.
+/// After an error it frees the bus with up to nine clocks and a stop.
 impl<P: Device> I2c for FakeBus<P> {
     fn transaction(
         &mut self,
@@ -155,7 +153,7 @@ impl<P: Device> FakeBus<P> {
         Ok(())
     }
 
-    /// Does something, after waiting for SCL if it must.
+    /// Performs an action, after a wait for SCL where necessary.
     fn patiently<T>(
         &mut self,
         mut action: impl FnMut(&mut Self) -> Result<T, LineFault>,

@@ -63,7 +63,7 @@ impl Fixed {
     /// The parameters fixed by words of the form NAME=VALUE.
     ///
     /// # Errors
-    /// The first word that fixes nothing.
+    /// The first word that is not of that form.
     pub fn parse<'w>(words: impl IntoIterator<Item = &'w str>) -> Result<Self, FixedError> {
         words.into_iter().try_fold(Self::default(), |fixed, word| {
             let (parameter, value) = assignment(word)?;

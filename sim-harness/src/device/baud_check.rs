@@ -1,14 +1,14 @@
-//! Bytes that are no frames: what a wrong baud rate looks like.
+//! Detects a wrong baud rate: most bytes are no frames.
 
 use std::time::{Duration, Instant};
 
-/// How long a line is watched before it is judged.
+/// Time after which a line is judged.
 const WATCHED: Duration = Duration::from_secs(2);
 
 /// Fewer bytes than two frames' are no evidence: a frame may be cut or damaged.
 const FEWEST: u64 = 256;
 
-/// Watches how much of what comes is no frame.
+/// Counts the received bytes that are no frames.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BaudCheck {
     since: Option<Instant>,
@@ -19,7 +19,7 @@ pub(super) struct BaudCheck {
 }
 
 impl BaudCheck {
-    /// Takes so many bytes of a frame, or of none.
+    /// Counts bytes of a frame, or of no frame.
     pub(super) fn take(&mut self, bytes: u64, is_frame: bool, now: Instant) {
         let since = *self.since.get_or_insert(now);
         if is_frame {
@@ -41,7 +41,7 @@ impl BaudCheck {
         is_new
     }
 
-    /// Whether that is so of the last two seconds or of the bytes since then.
+    /// The same for the last two seconds or the bytes since then.
     pub(super) fn is_mostly_noise(&self) -> bool {
         self.is_noise || (self.noise > self.good && self.noise >= FEWEST)
     }

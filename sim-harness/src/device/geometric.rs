@@ -1,4 +1,4 @@
-//! How long until something rare happens again.
+//! Geometrically distributed distances between rare events.
 
 use amiro_ipf::random::Generator;
 
@@ -12,8 +12,8 @@ pub(super) fn uniform(random: &mut Generator) -> f64 {
 
 /// Independent trials of one probability, drawn as the gaps between their successes.
 ///
-/// A gap is distributed geometrically, so that the cost is one draw a success and not
-/// one a trial.
+/// A gap is distributed geometrically, so that the cost is one draw per success and not one
+/// per trial.
 #[derive(Clone, Debug)]
 pub(super) struct Geometric {
     rate: f64,
@@ -30,8 +30,8 @@ impl Geometric {
         geometric
     }
 
-    /// The trial of the next success among the next `trials`; all up to it, or all of
-    /// them, are then over.
+    /// The trial of the next success among the next `trials`; all up to it, or all of them,
+    /// are consumed.
     pub(super) fn next_within(&mut self, trials: u64, random: &mut Generator) -> Option<u64> {
         if self.trials_before >= trials {
             self.trials_before -= trials;

@@ -1,7 +1,7 @@
-//! A board in memory: the very terminal of the flash image, on a thread of the host.
+//! A board in memory: the flash image's device endpoint on a thread of the host.
 //!
-//! It has sensors if it is given buses with their parts on them. Time then passes for
-//! them when a host asks for something that takes time, and at no other time.
+//! It has sensors if it is given buses with their parts on them. Their time passes only
+//! when a host requests something that takes time.
 
 use std::io::{self, Read, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -20,15 +20,14 @@ use crate::bus::RobotBuses;
 /// As many particles as the flash image holds.
 const CAPACITY: usize = 8000;
 
-/// Between two looks at the senses, as the flash image has them.
+/// Period of the acquisition's poll, as in the flash image.
 const POLL_PERIOD_US: u64 = 500;
 
-/// Time in which sound sensors earn trust and the memory is read, and in which any
+/// Time in which working sensors become good and the memory is read, and in which any
 /// measurement of the offsets ends and is written: 62 rounds.
 const SETTLED_US: u64 = 500_000;
 
-/// How a board introduces itself that is no microcontroller, with room for so many
-/// particles.
+/// The `Boot` of a board that is no microcontroller, with a given particle capacity.
 #[must_use]
 pub fn boot_on_host(capacity: u32) -> Boot {
     Boot {
@@ -44,14 +43,14 @@ pub fn boot_on_host(capacity: u32) -> Boot {
 
 impl Board {
     /// A board that runs on a thread. `on_line` sees every frame that the board sends
-    /// and says whether it arrives; a frame may be changed on the way.
+    /// and returns whether it arrives; it may change the frame.
     #[must_use]
     pub fn in_memory(on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Self {
         Self::on_thread(None, on_line)
     }
 
-    /// As [`Board::in_memory`], with the robot's own senses on these buses: it answers a
-    /// wish for new offsets, and readings that pass meanwhile are its own inputs.
+    /// As [`Board::in_memory`], with the robot's acquisition on these buses: it answers a
+    /// request to calibrate, and readings of that time are its own inputs.
     #[must_use]
     pub fn robot_in_memory(
         buses: RobotBuses,
@@ -73,7 +72,7 @@ impl Board {
             let mut send = |frame: &[u8], _| {
                 let mut frame = frame.to_vec();
                 if on_line(&mut frame) {
-                    // The host may have hung up; the loop below then ends.
+                    // The host may have closed the link; the loop below then ends.
                     let _ = to_host.send(frame);
                 }
             };
@@ -98,7 +97,7 @@ impl Board {
     }
 }
 
-/// A robot's senses and the parts that they ask.
+/// A robot's acquisition and the parts on its buses.
 struct Body {
     acquisition: Acquisition,
     buses: RobotBuses,
@@ -114,7 +113,8 @@ impl Body {
         }
     }
 
-    /// Lets half a second pass; what the senses find goes where the flash image's goes.
+    /// Lets half a second pass; the results of the acquisition go where they go in the
+    /// flash image.
     fn live<const N: usize>(
         &mut self,
         endpoint: &mut DeviceEndpoint<'_, N>,
@@ -136,7 +136,7 @@ impl Body {
         }
     }
 
-    /// Executes what the senses want to know until they want nothing more.
+    /// Executes the acquisition's transactions until there are none.
     fn exchange(&mut self) {
         for (number, bus) in BUSES.into_iter().enumerate() {
             while let Some(transaction) = self.acquisition.next(bus, self.now_us) {

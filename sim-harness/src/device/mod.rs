@@ -1,11 +1,11 @@
 //! Boards at the other end of a byte stream: a serial port, the flash image in QEMU, a
-//! terminal in memory.
+//! device endpoint in memory.
 //!
 //! All three are a [`Board`]: bytes out, bytes in. [`drive`] feeds one in lock-step,
-//! [`Comparison`] compares its answers with the host's own run. [`record`] records a
-//! robot that reads its own sensors, [`measure_offsets`] has it measure their offsets. A
-//! [`FaultInjector`] disturbs the bytes of a transport, and [`LossStats`] count what became
-//! of every frame.
+//! [`Comparison`] compares its answers with the host's own run. [`record`] records a robot
+//! that reads its own sensors, [`measure_offsets`] has it measure their offsets. A
+//! [`FaultInjector`] disturbs the bytes of a transport, and [`LossStats`] count received,
+//! dropped and lost frames.
 
 mod baud_check;
 mod board;

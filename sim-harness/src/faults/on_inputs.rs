@@ -1,4 +1,4 @@
-//! The same faults, on the inputs of a recording.
+//! Faults on the inputs of a recording.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ const INPUT_STREAM: u64 = 0x69_6e70_7574;
 /// A loose sensor is missing for a round or not: 8 ms.
 const SLOT_NS: u64 = 8_000_000;
 
-/// A fault that inputs cannot show.
+/// A fault without an effect on inputs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "\"{fault}\" cannot be seen in a recording's inputs: they take off, stuck, garbage, wrong, \
@@ -28,17 +28,14 @@ pub struct NotOnInputs {
 }
 
 impl Faults {
-    /// What a node would have been told had this been broken: times count from the first
-    /// input that has a stamp.
-    ///
-    /// A sensor that is `stuck` says its first counts of that time again and again, one
-    /// that is `garbage` 16 random bits above the default offset. Odometry that is
-    /// `delayed` comes so much later and is dated by when it comes, as on the robot.
-    /// Wheel speeds know no `wrong`.
+    /// The inputs as a robot with these faults would have recorded them: times count from
+    /// the first input with a stamp. A sensor that is `stuck` repeats its first counts of
+    /// that time, one that is `garbage` gives 16 random bits above the default offset.
+    /// Odometry that is `delayed` comes later and is stamped when it comes, as on the
+    /// robot. Wheel speeds cannot be `wrong`.
     ///
     /// # Errors
-    /// The first fault of a part that has no meaning on inputs; faults of the line have
-    /// none here and are left alone.
+    /// The first fault of a part that has no meaning on inputs; faults of the line are ignored.
     pub fn on_inputs(&self, seed: u64, inputs: &[Input]) -> Result<Vec<Input>, NotOnInputs> {
         let faulty = self.on_stream(seed, inputs.iter().copied())?;
         Ok(faulty.collect())
@@ -68,7 +65,7 @@ impl Faults {
     /// Checks that each fault of a part has a meaning on inputs.
     ///
     /// # Errors
-    /// The first that has none; faults of the line are left alone.
+    /// The first that has none; faults of the line are ignored.
     pub fn check_on_inputs(&self) -> Result<(), NotOnInputs> {
         match self.parts.iter().find(|fault| !is_on_inputs(fault)) {
             Some(fault) => Err(NotOnInputs {
@@ -132,13 +129,13 @@ fn stamp_us(input: &Input) -> Option<u64> {
     }
 }
 
-/// Inputs on their way through the faults.
+/// The state of the faults on a stream of inputs.
 struct Broken {
     faults: ActiveFaults,
     stuck: [Option<Sample>; SENSORS],
     /// Odometry that is still to come, with its new stamp.
     late: VecDeque<(u64, Input)>,
-    /// Inputs that are to be handed on.
+    /// Inputs that are ready to be returned.
     output: VecDeque<Input>,
 }
 
@@ -177,7 +174,7 @@ impl Broken {
                         faulty
                     }
                 }
-                // A sensor that says nothing says nothing wrong either.
+                // A missing sample has no value to change.
                 (_, Sample::Missing) => Sample::Missing,
                 (Kind::Saturated, _) => Sample::Saturated,
                 (Kind::Stuck, faulty) => self.stuck_at(sensor, faulty),
@@ -237,7 +234,7 @@ impl Broken {
             }
         }
         let due_us = stamp_us(&input).unwrap_or(0).saturating_add(late_us);
-        // Nothing overtakes what is on its way.
+        // Later odometry does not overtake delayed odometry.
         let last_us = self.late.back().map_or(0, |(last_us, _)| *last_us);
         if late_us == 0 && self.late.is_empty() {
             self.output.push_back(input);
@@ -246,7 +243,7 @@ impl Broken {
         }
     }
 
-    /// Tells what has come by a time.
+    /// Delivers the delayed odometry that is due by a time.
     fn deliver_until(&mut self, now_us: u64) {
         while let Some(&(due_us, mut input)) = self.late.front()
             && due_us <= now_us

@@ -1,4 +1,4 @@
-//! The header of AMiRo's text: what it must name, and what else a file may mean.
+//! The header of AMiRo's text, and guesses at the meaning of a file without it.
 
 use super::Problem;
 use crate::escape::escaped;
@@ -16,8 +16,8 @@ const POSE: [(&str, &str); 3] = [("x", "[ym]"), ("y", "[ym]"), ("theta", "[yrad]
 /// at what its numbers mean when the header is missing.
 ///
 /// # Errors
-/// [`Problem::NoHeader`] for anything else, [`Problem::OtherUnits`] for a header that
-/// does not say micrometres and microradians.
+/// [`Problem::NoHeader`] for anything else, [`Problem::OtherUnits`] for a header without
+/// micrometres and microradians.
 pub(super) fn check(line: &str, head: &[u8]) -> Result<(), Problem> {
     let fields: Vec<String> = fields(line).map(squeezed).collect();
     let Some((readings, pose)) = fields.split_first_chunk::<8>() else {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub(super) enum SequenceCheck {
     /// It is the next one, or the first of its sender.
     Next,
-    /// So many are missing before it.
+    /// The given number of frames is missing before it.
     Lost(u16),
     /// It is the sender's last frame again, byte for byte.
     Again,

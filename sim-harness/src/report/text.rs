@@ -44,7 +44,7 @@ impl Font {
 
     /// The text in lines no wider than given, broken at spaces where there are some.
     ///
-    /// At most `lines`; what does not fit ends in "...".
+    /// At most `lines`; a longer text ends in "...".
     pub(crate) fn wrapped(self, text: &str, width: usize, lines: usize) -> Vec<String> {
         let room = (width / self.advance()).max(4);
         let mut wrapped = vec![String::new()];

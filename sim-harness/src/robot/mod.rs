@@ -1,16 +1,14 @@
-//! A simulated robot: a world before its sensors, the parts on its buses, its own senses.
-//!
-//! Where [`simulate_with`](crate::world::simulate_with) says what a node would be told,
-//! a [`Robot`] has the core find it out: the world's counts are in the registers of the
-//! eight sensors when their own clocks say so, [`Acquisition`](amiro_ipf::board::acquisition::Acquisition)
-//! reads them over multiplexers and buses, byte for byte, and the pose comes in the
-//! frames of the robot's bus. [`ActiveFaults`](crate::faults::ActiveFaults) break what can break.
-//!
-//! [`SensorFaultTrials`] measure what a broken sensor costs a map, [`StampTrials`] what
-//! it costs that a frame does not say when its pose was true.
-//!
-//! Not modelled: what the flash image's interrupts do (a transaction waits for its end
-//! here), lost samples other than by faults on the buses, and a frame's way over its bus.
+//! A simulated robot: a world, its sensors, the parts on its buses, its acquisition.
+//! [`simulate_with`](crate::world::simulate_with) gives a node's inputs directly. A
+//! [`Robot`] lets the core acquire them: the world's counts appear in the registers of the
+//! eight sensors by the sensors' own clocks,
+//! [`Acquisition`](amiro_ipf::board::acquisition::Acquisition) reads them over multiplexers
+//! and buses, byte for byte, and the pose comes in the frames of the robot's bus.
+//! [`ActiveFaults`](crate::faults::ActiveFaults) are injected. [`SensorFaultTrials`]
+//! measure the effect of a broken sensor on a map, [`StampTrials`] the effect of odometry
+//! frames without stamps. Not modelled: the flash image's interrupts (a transaction waits
+//! for its end here), lost samples other than by faults on the buses, and a frame's way
+//! over its bus.
 
 mod bring_up;
 mod bus_faults;
@@ -35,7 +33,7 @@ pub use stamps::{StampRow, StampTrials};
 
 use amiro_ipf::filter::Profile;
 
-/// What a profile is called in tables.
+/// The name of a profile in tables.
 const fn profile_name(profile: Profile) -> &'static str {
     match profile {
         Profile::Paper => "paper",

@@ -1,4 +1,4 @@
-//! What a node makes of a robot's inputs: events, a map, its scores.
+//! A node's run over a robot's inputs: events, a map, its scores.
 
 use amiro_ipf::node::{Config, Event, Input, StepBegun};
 
@@ -9,7 +9,7 @@ use crate::mapping::{CountingMapper, Map, Mapper};
 use crate::world::Scenario;
 use crate::{RunError, RunOutcome, run};
 
-/// What a node made of inputs.
+/// The result of a node's run.
 #[derive(Clone, Debug)]
 pub struct NodeRun {
     /// All its events.
@@ -20,7 +20,7 @@ pub struct NodeRun {
     pub map: Map,
 }
 
-/// Hands inputs to a node and counts its events into a map.
+/// Runs a node over inputs and counts its events into a map.
 ///
 /// # Errors
 /// As [`run`].
@@ -40,7 +40,7 @@ pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Nod
 }
 
 impl NodeRun {
-    /// What each step began with.
+    /// The begin of each step.
     pub fn steps(&self) -> impl Iterator<Item = &StepBegun> {
         self.events.iter().filter_map(|event| match event {
             Event::StepBegun(step) => Some(step),
@@ -48,7 +48,7 @@ impl NodeRun {
         })
     }
 
-    /// Scores of the map; what is visible is so from the poses of the given steps.
+    /// Scores of the map; visibility is from the poses of the steps.
     #[must_use]
     pub fn scores(&self, scenario: &Scenario) -> Scores {
         let poses: Vec<Pose2> = self.steps().map(|step| step.pose.into()).collect();

@@ -1,4 +1,4 @@
-//! What a sensor of the ring measures at any moment of a drive.
+//! The measurements of the ring's sensors at any time of a drive.
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
@@ -11,10 +11,8 @@ use crate::world::{Drive, Options, Scenario, Sensing, Shape};
 /// Keeps the sensors' noise apart from a filter with the same seed: "robot".
 const NOISE_STREAM: u64 = 0x72_6f62_6f74;
 
-/// The world before the sensors of a robot that drives through it.
-///
-/// A count depends on the seed, the sensor and the moment alone, not on what was asked
-/// before: whoever knows when a sensor measures knows what.
+/// The world as the sensors of a driving robot measure it.
+/// A count depends only on the seed, the sensor and the time, not on earlier calls.
 #[derive(Clone, Debug)]
 pub struct SensedWorld {
     shapes: Vec<Shape>,
@@ -26,7 +24,7 @@ pub struct SensedWorld {
 }
 
 impl SensedWorld {
-    /// The scene of a scenario; of the options those that concern sensors, but dropout.
+    /// The world of a scenario, with the options of sensors except dropout.
     #[must_use]
     pub fn of(scenario: &Scenario, seed: u64, options: &Options) -> Self {
         // The profile does not matter here: the sensors are the same.
@@ -56,15 +54,15 @@ impl SensedWorld {
         self.used
     }
 
-    /// The robot's way.
+    /// The robot's drive.
     #[must_use]
     pub const fn drive(&self) -> &Drive {
         &self.drive
     }
 
-    /// What a sensor's measurement gives that ends at a time of the drive; `None` for a
-    /// sensor that the robot does not have. Nanoseconds; before the drive they go below
-    /// zero, and the robot stands at its start.
+    /// The counts of a measurement that ends at a time of the drive, nanoseconds; `None`
+    /// for a sensor that the robot does not have. At negative times, before the drive, the
+    /// robot stands at its start.
     pub fn raw_counts(&mut self, sensor: usize, drive_ns: i64) -> Option<u16> {
         if !self.used.contains(sensor) {
             return None;

@@ -1,4 +1,4 @@
-//! What a broken sensor costs a map.
+//! The effect of a broken sensor on a map.
 
 use core::fmt;
 use core::ops::Range;
@@ -21,12 +21,12 @@ pub enum SensorBreak {
     Dead,
     /// Its register is full.
     Saturated,
-    /// It measures the same again and again.
+    /// It repeats the same value.
     Stuck,
 }
 
 impl SensorBreak {
-    /// All of them.
+    /// All breaks.
     pub const ALL: [Self; 3] = [Self::Dead, Self::Saturated, Self::Stuck];
 
     /// The most overall error that it may cost, as a share.
@@ -59,9 +59,8 @@ impl fmt::Display for SensorBreak {
     }
 }
 
-/// Drives of a robot, each without a fault and with every trouble of one sensor.
-///
-/// Which sensor goes with the seed: eight seeds in a row break each once.
+/// Drives of a robot, each without a fault and with every break of one sensor.
+/// The sensor depends on the seed: eight seeds in a row break each sensor once.
 #[derive(Clone, Debug)]
 pub struct SensorFaultTrials {
     /// The worlds and drives.
@@ -74,18 +73,18 @@ pub struct SensorFaultTrials {
     pub particles_per_sensor: u16,
 }
 
-/// One scenario and profile, without trouble or with one: figures over the seeds.
+/// One scenario and profile, with one break or none: statistics over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorFaultRow {
     /// The scenario's name.
     pub scenario: String,
     /// The filter.
     pub profile: Profile,
-    /// What was broken; `None` for nothing.
+    /// The break; `None` for no fault.
     pub sensor_break: Option<SensorBreak>,
     /// Overall error at the best wall expansion.
     pub oe: MeanStd,
-    /// Overall error with the walls as they are.
+    /// Overall error without wall expansion.
     pub oe_unexpanded: MeanStd,
     /// True positive rate.
     pub tpr: MeanStd,
@@ -95,14 +94,14 @@ pub struct SensorFaultRow {
     pub surface_recall: MeanStd,
     /// Share of the visible free space that is classified.
     pub coverage: MeanStd,
-    /// Overall error less that of the same drive without trouble.
+    /// Overall error less that of the same drive without a break.
     pub loss: MeanStd,
     /// The largest of these, and its seed.
     pub worst: Option<(f64, u64)>,
 }
 
 impl SensorFaultRow {
-    /// Whether the trouble costs no drive more than it may.
+    /// Whether no drive loses more than the break's limit.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.sensor_break.is_none_or(|sensor_break| {
@@ -112,11 +111,11 @@ impl SensorFaultRow {
     }
 }
 
-/// Scores of one drive by trouble; the first is without.
+/// Scores of one drive by break; the first is without.
 type BreakScores = [Scores; 1 + SensorBreak::ALL.len()];
 
 impl SensorFaultTrials {
-    /// Drives and maps everything: by scenario, then profile, then trouble.
+    /// Drives and maps everything: by scenario, then profile, then break.
     ///
     /// # Errors
     /// A filter did not run.

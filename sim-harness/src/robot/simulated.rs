@@ -1,4 +1,4 @@
-//! The robot: ticks of its patrol, transactions, frames, and what comes of them.
+//! The simulated robot: polls, transactions, frames, and the reports that follow.
 
 use std::collections::VecDeque;
 
@@ -21,21 +21,21 @@ use crate::bus::RobotBuses;
 use crate::faults::{ActiveFaults, Component, Kind, period_us};
 use crate::world::{Options, Scenario};
 
-/// Between two patrols of the flash image: 2 kHz.
+/// Period of the flash image's poll: 2 kHz.
 const POLL_PERIOD_US: u64 = 500;
-/// Patrols between two reports of health.
+/// Polls between two reports of health.
 const HEALTH_EVERY: u64 = 250;
-/// The robot stands so long after its power came up: the sensors have earned trust and
-/// the odometry has been heard several times. A whole number of rounds.
+/// Standstill after power-up: the sensors become good and several odometry frames arrive. A
+/// whole number of rounds.
 pub const STARTS_DRIVING_US: u64 = 400_000;
-/// And so long at the end: the last frame and the last round.
+/// Standstill at the end: the last frame and the last round.
 const STANDS_US: u64 = 100_000;
 /// Sensors that measure together do so from the second round on.
 const TOGETHER_FROM_US: u64 = 8_000;
 /// Keeps garbage apart from all other noise: "garbage".
 const GARBAGE_STREAM: u64 = 0x67_6172_6261_6765;
 
-/// What the senses report, and when.
+/// A report of the acquisition with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcquisitionReport {
     /// Microseconds after the power came up.
@@ -44,7 +44,7 @@ pub struct AcquisitionReport {
     pub content: ReportContent,
 }
 
-/// What the senses report: what the flash image's sampler tells its program.
+/// A report of the acquisition, as from the flash image's sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReportContent {
     /// Samples, an input for the node.
@@ -53,10 +53,10 @@ pub enum ReportContent {
     Pose {
         /// The input.
         input: Input,
-        /// When the pose was reckoned, which no robot knows of its frames.
+        /// When the pose was computed, which a frame does not contain.
         updated_us: u64,
     },
-    /// How the parts are.
+    /// The health of the parts.
     Health(Health),
     /// The offsets were read.
     Offsets(OffsetReport),
@@ -73,7 +73,7 @@ impl ReportContent {
     }
 }
 
-/// A simulated robot on its drive: an iterator over what its senses report.
+/// A simulated robot on its drive: an iterator over the reports of its acquisition.
 ///
 /// Equal arguments give equal reports, bit for bit, on every machine. It stands for
 /// [`STARTS_DRIVING_US`] first; its stamps count from when its power came up.
@@ -97,10 +97,9 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot at the start of a scenario, with clocks that the seed draws.
-    ///
-    /// The options' dropout is not its own: samples get lost on the buses. Of the
-    /// odometries it has wheel errors or none.
+    /// A robot at the start of a scenario, with clocks that the seed draws. The options'
+    /// dropout is ignored: samples get lost on the buses. Its odometry has wheel errors or
+    /// none.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: ActiveFaults) -> Self {
         Self::with_clocks(scenario, seed, options, faults, &PartClocks::drawn(seed))
@@ -159,7 +158,7 @@ impl Robot {
             .pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
     }
 
-    /// How each sensor is, as the senses know it by now.
+    /// The current state of each sensor, by the acquisition.
     #[must_use]
     pub fn sensors(&self) -> [SensorState; SENSORS] {
         self.acquisition
@@ -167,7 +166,7 @@ impl Robot {
             .map(|sensor| sensor.state)
     }
 
-    /// How the parts are by now.
+    /// The current health of the parts.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
@@ -182,16 +181,16 @@ impl Robot {
         }
     }
 
-    /// Half a millisecond, as the flash image spends it.
+    /// Simulates half a millisecond of the flash image.
     fn poll(&mut self) {
         self.take_frames();
         self.buses.advance_to(self.now_us * 1_000);
         self.set_signals();
         let until_us = self.now_us + POLL_PERIOD_US;
-        // What is pending now is begun; a round that begins now is, at the next patrol.
+        // Pending transactions begin now; those of a round that begins now, at the next poll.
         let pending = BUSES.map(|bus| {
-            // A transaction that waited for a wire that is held may have taken longer than
-            // a patrol.
+            // A transaction that waited for a held wire may have taken longer than a poll
+            // period.
             let is_late = self.buses.bus_mut(index_of(bus)).now_ns() / 1_000 >= until_us;
             let next = (!is_late).then(|| self.acquisition.next(bus, self.now_us));
             (bus, next.flatten())
@@ -217,7 +216,7 @@ impl Robot {
         self.reports.push_back(AcquisitionReport { at_us, content });
     }
 
-    /// Executes a bus's transactions, one after the other, until a patrol's time is over.
+    /// Executes a bus's transactions, one after the other, until the poll period is over.
     fn serve(&mut self, bus: Bus, pending: Option<BusTransaction>, until_us: u64) {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
@@ -233,7 +232,7 @@ impl Robot {
         }
     }
 
-    /// Takes the frames that came since the patrol before, each at its own time.
+    /// Takes the frames since the last poll, each at its own time.
     fn take_frames(&mut self) {
         while let Some(sent) = self.wheels.sent_by(self.now_us, self.sensed_world.drive()) {
             let drive_us = sent.at_us.saturating_sub(STARTS_DRIVING_US);
@@ -253,8 +252,8 @@ impl Robot {
         }
     }
 
-    /// Puts before each sensor what its measurement under way is to give: each has one
-    /// every 8 ms, so that none is missed.
+    /// Sets the signal of each sensor's measurement under way: there is one every 8 ms, so
+    /// that none is missed.
     fn set_signals(&mut self) {
         for sensor in self.sensed_world.used().iter() {
             let part = self.buses.sensor_mut(sensor);
@@ -325,7 +324,7 @@ impl Robot {
                 }
                 Kind::Wrong(counts) if raw != u16::MAX => {
                     let wrong = i32::from(raw).saturating_add(counts);
-                    // One below a full register, which would say something else.
+                    // One below a full register, which has another meaning.
                     raw = wrong.clamp(0, i32::from(u16::MAX - 1)) as u16;
                 }
                 Kind::Lit { ambient, added } => {
@@ -359,8 +358,7 @@ impl Iterator for Robot {
     }
 }
 
-/// What the robot's own master says of an error: a wait for a wire that is held is given up
-/// by it as such.
+/// The index of a bus.
 const fn index_of(bus: Bus) -> usize {
     match bus {
         Bus::I2c1 => 0,

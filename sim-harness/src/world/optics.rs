@@ -37,8 +37,7 @@ pub enum Physics {
     /// return at every distance. A face of width w at distance D fills the lobe only to
     /// atan(w / 2 D) and returns less, so that it appears farther by the law: a 50 mm face
     /// at 100 mm appears at 149 mm.
-    ///
-    /// Only light in the plane counts, whatever the height of an object. With one ray per
+    /// Only light in the plane counts, at any height of an object. With one ray per
     /// degree a face's return changes in steps of one ray as its edges pass: 3 % for 50 mm
     /// at 100 mm.
     Patch,
