@@ -3,12 +3,12 @@
 /// CRC-32/ISO-HDLC (polynomial 0x04c11db7 reflected; the CRC of Ethernet and zip).
 pub static CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// A running 32-bit digest of words, in five instructions a word.
+/// A running 32-bit digest of words, in five instructions per word.
 ///
-/// Not a defence against damage or intent: it tells two runs of a deterministic
-/// program apart, where the first difference makes all later ones. Each word does
-/// h = (rotate_left(h, 5) xor word) * 0x9e3779b1, from h = 0; the multiplier is odd,
-/// so no information about h is lost.
+/// It detects a difference between two runs of a deterministic program; the first
+/// difference changes all later digests. It does not protect against damage or intent. Each
+/// word does h = (rotate_left(h, 5) xor word) * 0x9e3779b1, from h = 0; the multiplier is
+/// odd, so no information about h is lost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Digest(u32);
 

@@ -75,8 +75,8 @@ impl core::ops::Sub for Point {
 pub struct Angle(f32);
 
 impl Angle {
-    /// Wraps any finite number of radians; NaN and infinities become NaN, so that
-    /// [`Pose::is_finite`] can tell.
+    /// Wraps any finite number of radians; NaN and infinities become NaN, which
+    /// [`Pose::is_finite`] detects.
     #[must_use]
     pub fn from_radians(radians: f32) -> Self {
         Self(math::wrap_angle(radians))

@@ -1,4 +1,4 @@
-//! The only door to float functions, each with its error bound.
+//! The only float functions of this crate, each with its error bound.
 //!
 //! `std`, `libm`, `micromath` and the target's FPU disagree in the last bits and
 //! sometimes in the first. Everything here gives the same bits on a host and on

@@ -114,7 +114,7 @@ fn filter_has_no_time() {
 }
 
 #[test]
-fn board_names_no_filter_no_node_s_loop_no_link_and_its_parts_no_input() {
+fn board_names_no_filter_no_node_no_link_and_its_parts_no_input() {
     let words = [
         "crate::filter",
         "crate::link",
@@ -140,7 +140,7 @@ fn board_names_no_filter_no_node_s_loop_no_link_and_its_parts_no_input() {
 }
 
 #[test]
-fn core_knows_no_board() {
+fn core_names_no_board() {
     for (path, text) in sources("src") {
         if path.to_string_lossy().contains("/bin/") {
             continue;
@@ -153,7 +153,7 @@ fn core_knows_no_board() {
 }
 
 #[test]
-fn unsafe_code_stays_behind_two_doors() {
+fn unsafe_code_is_in_two_places() {
     let hal = Path::new("src/bin/firmware/hal");
     for (path, text) in sources("src") {
         let inside = path.ends_with("src/math.rs")
@@ -323,7 +323,7 @@ fn defined_type(line: &str) -> Option<&str> {
 }
 
 #[test]
-fn a_name_is_one_type_s() {
+fn a_type_name_has_one_meaning() {
     let mut defined = BTreeMap::new();
     for (_, text) in workspace() {
         for name in text.lines().filter_map(defined_type) {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Reads a whole file of at most so many bytes, whatever kind of file it is.
+/// Reads a whole file of any kind, up to a number of bytes.
 ///
 /// # Errors
 /// The system's, or that there are more bytes.

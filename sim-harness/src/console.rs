@@ -4,9 +4,9 @@
 //! board or the command line can move a cursor or change the terminal. A line stays one
 //! line: its line ends are escaped too.
 //!
-//! When the reader of standard output closes it, as `head` does, printing ends quietly
-//! and the program goes on. Any other failure, such as a full disk, is reported once on
-//! standard error. [`printed`] says which of these happened; failures of standard error
+//! When the reader of standard output closes it, as `head` does, printing ends silently and
+//! the program continues. Any other failure, such as a full disk, is reported once on
+//! standard error. [`printed`] returns which of these happened; failures of standard error
 //! are ignored.
 
 use std::fmt::Display;
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use crate::escape::{lines_escaped, whole_escaped};
 use crate::output::is_same_device;
 
-/// What became of what was printed to standard output.
+/// The outcome of printing to standard output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Printed {
     /// All of it was written.
@@ -38,21 +38,19 @@ pub fn print(line: impl Display) {
     print_escaped(&line_escaped(&line.to_string()));
 }
 
-/// Writes text of one or more lines to standard output, and a line end.
-///
-/// Foreign text within it must hold no line ends of its own, lest it looks like a line
-/// of the program.
+/// Writes text of one or more lines to standard output, and a line end. Text of other
+/// origin in it must contain no line ends, so that it cannot look like a line of the
+/// program.
 pub fn print_text(text: impl Display) {
     print_escaped(&lines_escaped(&text.to_string()));
 }
 
-/// Writes bytes that are no text, such as a recording, to standard output as they are.
-///
-/// A reader that closes it ends this quietly, and [`printed`] says so. A standard output
-/// that was closed before the start is reported as one that failed.
+/// Writes bytes that are no text, such as a recording, to standard output as they are. If
+/// the reader closes it, this ends without an error, and [`printed`] returns it. A standard
+/// output that was closed before the start is reported as one that failed.
 ///
 /// # Errors
-/// What else keeps `fill` from writing.
+/// Any other error of `fill`.
 #[expect(clippy::disallowed_methods, reason = "the one module that may")]
 pub fn print_bytes(fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if STDOUT.printed() != Printed::Whole {
@@ -64,7 +62,7 @@ pub fn print_bytes(fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::R
     }
     let mut writer = io::BufWriter::new(io::stdout().lock());
     let written = fill(&mut writer).and_then(|()| writer.flush());
-    // What is left of the buffer would only fail again.
+    // The rest of the buffer would fail again.
     let _ = writer.into_parts();
     match written {
         Err(error) if STDOUT.take(&error) == Printed::Closed => Ok(()),
@@ -111,7 +109,7 @@ pub fn is_stdout_interactive() -> bool {
     io::stdout().is_terminal()
 }
 
-/// Flushes standard output; what became of everything that was printed.
+/// Flushes standard output; returns the outcome of everything printed.
 #[expect(clippy::disallowed_methods, reason = "the one module that may")]
 pub fn printed() -> Printed {
     if STDOUT.printed() == Printed::Whole
@@ -125,7 +123,7 @@ pub fn printed() -> Printed {
 /// Whether the program was started without a standard output.
 ///
 /// Rust's start code then opens `/dev/null` for reading and writing in its place; a shell's
-/// `> /dev/null` is for writing only. Where there is no `/proc` this is not found out.
+/// `> /dev/null` is for writing only. Without `/proc` this is not detected.
 fn is_stdout_missing() -> bool {
     let flags = std::fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
     let flags = flags.lines().find_map(|line| line.strip_prefix("flags:"));

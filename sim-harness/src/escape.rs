@@ -1,6 +1,6 @@
 //! Text of unknown origin, made safe to print.
 
-/// Characters that are shown of a text.
+/// Most characters of a text that are shown.
 const MOST_CHARACTERS: usize = 48;
 
 /// The text with control characters escaped, cut after 48 characters.

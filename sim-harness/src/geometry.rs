@@ -6,7 +6,7 @@
 
 use amiro_ipf::geometry::{Point, Pose, Rotation};
 
-/// A place in the world, or the way between two, metres.
+/// A position in the world, or a displacement, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
     /// East.
@@ -46,7 +46,7 @@ impl Vector {
         self.dot(self).sqrt()
     }
 
-    /// Distance of this place from the straight piece between two others.
+    /// Distance of this position from the segment between two others.
     #[must_use]
     pub fn distance_from_segment(self, from: Self, to: Self) -> f64 {
         let way = to - from;
@@ -154,7 +154,7 @@ impl From<Rotation> for Turn {
     }
 }
 
-/// A place and a heading: where a frame lies in another one.
+/// A position and a heading: the pose of one frame in another.
 ///
 /// Named by its two frames: `world_from_body * body_from_sensor` is `world_from_sensor`.
 #[derive(Clone, Copy, Debug, PartialEq)]

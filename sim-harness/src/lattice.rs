@@ -1,4 +1,4 @@
-//! Square cells over the whole world, without content.
+//! The geometry of square cells over the whole world.
 
 /// A cell's place: column and row, counted from the world's origin, y upward.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -9,7 +9,7 @@ pub struct Cell {
     pub column: i32,
 }
 
-/// Where cells lie: squares of one size, counted from the world's origin.
+/// A lattice of square cells of one size, counted from the world's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     cell_m: f64,
@@ -35,7 +35,8 @@ impl Lattice {
         self.cell_m
     }
 
-    /// The cell that holds a point of the world; `None` for NaN and points absurdly far away.
+    /// The cell that holds a point of the world; `None` for NaN and points beyond the range
+    /// of the indices.
     #[must_use]
     pub fn cell_at(self, x: f64, y: f64) -> Option<Cell> {
         let index = |metres: f64| {

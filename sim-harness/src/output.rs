@@ -1,7 +1,6 @@
-//! Files that are whole: a killed run leaves the old file or the new one, never half.
-//!
-//! What a command wrote before is replaced. Two kinds of files are not: what the command
-//! reads, see [`check`], and the recording of a robot, which cannot be made again.
+//! Atomic writing of files: a killed run leaves the old file or the new one, never a part.
+//! Earlier output of a command is replaced. Two kinds of files are not: the inputs of the
+//! command, see [`check`], and the recording of a robot, which cannot be repeated.
 
 use std::error::Error;
 use std::fmt;
@@ -14,7 +13,7 @@ use tempfile::NamedTempFile;
 use crate::escape::whole_escaped;
 use crate::log::{DECIDING_BYTES, is_of_a_robot};
 
-/// What stands at a path that is neither a file nor a folder.
+/// The kind of a path that is neither a file nor a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Special {
     /// A pipe with a name in a folder: opening it waits for a reader.
@@ -28,7 +27,7 @@ pub enum Special {
 }
 
 impl Special {
-    /// What stands at a path; `None` for nothing, a file or a folder.
+    /// The kind of a path; `None` for a missing path, a file or a folder.
     #[must_use]
     pub fn at(path: &Path) -> Option<Self> {
         let found = fs::metadata(path).ok()?;
@@ -82,9 +81,9 @@ fn device_number(_found: &fs::Metadata) -> Option<u64> {
 /// A file that could not be written, and why.
 #[derive(Debug)]
 pub struct WriteError {
-    /// The file that was asked for.
+    /// The requested file.
     pub path: PathBuf,
-    /// What the system said.
+    /// The system's error.
     pub cause: io::Error,
 }
 
@@ -105,7 +104,7 @@ impl Error for WriteError {
     }
 }
 
-/// Writes a file at once, in place of one that is already there.
+/// Writes a file atomically; an existing one is replaced.
 ///
 /// # Errors
 /// As [`write_with`].
@@ -113,13 +112,13 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     write_with(path, |file| file.write_all(content))
 }
 
-/// Writes a file with what `fill` writes, in place of one that is already there.
+/// Writes a file with the output of `fill`; an existing one is replaced.
 ///
 /// The content goes to a neighbour named `.ipf-RANDOM.partial`, which takes the file's name
 /// when it is complete and on the disk; a killed run may leave the neighbour behind. Links
-/// are followed, and what is neither a file nor a folder (`/dev/stdout`, a pipe) is written
-/// to directly, for renaming would replace it. A file that is mounted on its own, which no
-/// file can replace, is written in place once the content is complete.
+/// are followed, and a path that is neither a file nor a folder (`/dev/stdout`, a pipe) is
+/// written to directly, because a rename would replace it. A file that is mounted on its
+/// own, which no file can replace, is written in place once the content is complete.
 ///
 /// # Errors
 /// If `fill` fails, the folder is missing, full or not writable, or the old file is the
@@ -134,8 +133,8 @@ pub fn write_with(
     })
 }
 
-/// Checks, before the work, that what a command will write replaces neither what it reads
-/// nor the recording of a robot.
+/// Checks, before the work, that the outputs of a command replace neither its inputs nor
+/// the recording of a robot.
 ///
 /// # Errors
 /// The first of `outputs` that would.
@@ -193,7 +192,7 @@ pub fn check_file(path: &Path) -> Result<(), WriteError> {
         Ok(found) if found.is_dir() => Err(error_of(path, io::ErrorKind::IsADirectory.into())),
         Ok(found) if !found.is_file() => match Special::at(path) {
             Some(Special::NamedPipe) => Err(error_of(path, named_pipe())),
-            // What is wrong with a device shows when it is written to.
+            // Errors of a device show when it is written to.
             _ => Ok(()),
         },
         Ok(_) => {
@@ -211,7 +210,7 @@ pub fn check_file(path: &Path) -> Result<(), WriteError> {
 /// created with those above it; leaves nothing behind.
 ///
 /// # Errors
-/// What stands there, or first above it, is no folder or not writable.
+/// The path, or its first existing parent, is no folder or not writable.
 pub fn check_folder(folder: &Path) -> Result<(), WriteError> {
     let failed = |cause| error_of(folder, cause);
     for existing in folder.ancestors() {
@@ -283,7 +282,7 @@ fn rename_into(
         file.set_permissions(permissions)?;
     }
     file.sync_all()?;
-    // The neighbour is removed when it is dropped, whatever ended this.
+    // The neighbour is removed when it is dropped, also after an error.
     match partial.persist(path) {
         Ok(()) => Ok(()),
         Err(failed) if is_mount_point(&failed.error) => copy(&failed.path, path),
@@ -298,7 +297,7 @@ fn is_mount_point(error: &io::Error) -> bool {
     matches!(error.kind(), CrossesDevices | ResourceBusy)
 }
 
-/// Writes a file into another one in place: not at once, for want of another way.
+/// Writes a file into another one in place: not atomic, because a rename is impossible.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     let mut target = File::options().write(true).truncate(true).open(to)?;
     io::copy(&mut File::open(from)?, &mut target)?;
@@ -334,7 +333,7 @@ fn create_in(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder).map_err(|error| {
         use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
         match error.kind() {
-            // The crate adds the neighbour's name, which is nothing to the user.
+            // The crate adds the neighbour's name, which the user does not need.
             kind @ (PermissionDenied | ReadOnlyFilesystem) => kind.into(),
             _ => error,
         }
@@ -385,10 +384,10 @@ mod tests {
         .unwrap_err();
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(&folder), ["map.pgm"]);
-        let said = error.to_string();
+        let message = error.to_string();
         assert!(
-            said.contains("map.pgm") && said.contains("the well ran dry"),
-            "{said}"
+            message.contains("map.pgm") && message.contains("the well ran dry"),
+            "{message}"
         );
         fs::remove_dir_all(folder).unwrap();
     }
@@ -460,10 +459,13 @@ mod tests {
     fn errors_name_the_path() {
         let folder = folder("errors");
         let missing = folder.join("no such folder").join("map.yaml");
-        let said = write(&missing, b"x").unwrap_err().to_string();
-        assert!(said.contains(&missing.display().to_string()), "{said}");
-        let said = write(&folder, b"x").unwrap_err().to_string();
-        assert!(said.contains(&folder.display().to_string()), "{said}");
+        let message = write(&missing, b"x").unwrap_err().to_string();
+        assert!(
+            message.contains(&missing.display().to_string()),
+            "{message}"
+        );
+        let message = write(&folder, b"x").unwrap_err().to_string();
+        assert!(message.contains(&folder.display().to_string()), "{message}");
         assert!(write(Path::new(""), b"x").is_err());
         fs::remove_dir_all(folder).unwrap();
     }

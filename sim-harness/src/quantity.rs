@@ -13,14 +13,14 @@ pub(crate) fn positive(text: &str) -> Option<f64> {
     (text.starts_with(|first: char| first.is_ascii_digit()) && number.is_finite()).then_some(number)
 }
 
-/// Digits and nothing else.
+/// Digits only.
 pub(crate) fn whole(text: &str) -> Option<u64> {
     text.bytes()
         .all(|byte| byte.is_ascii_digit())
         .then(|| text.parse().ok())?
 }
 
-/// Digits behind at most one sign.
+/// Digits after at most one sign.
 pub(crate) fn signed(text: &str) -> Option<i32> {
     let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
     whole(digits)?;

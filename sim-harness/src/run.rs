@@ -1,4 +1,4 @@
-//! Inputs through a node: what a board would do with a recording, on the host.
+//! Runs a node on the host over the inputs of a recording, as a board would.
 
 use amiro_ipf::filter::{ParameterError, ParticleSet};
 use amiro_ipf::node::{Config, Event, Input, InputError, Node};
@@ -6,12 +6,12 @@ use amiro_ipf::node::{Config, Event, Input, InputError, Node};
 /// Particles that fit: twice the paper's 1000 for each of eight sensors.
 pub const CAPACITY: usize = 16_000;
 
-/// What became of the inputs.
+/// The outcome of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RunOutcome {
     /// Steps of the filter.
     pub steps: u32,
-    /// How many inputs were refused, by fault in the order of [`InputError::ALL`].
+    /// Number of refused inputs, by error in the order of [`InputError::ALL`].
     pub refused: [u64; InputError::ALL.len()],
     /// Which inputs were refused and why: their numbers from 0, ascending. Empty for a run
     /// that is [streamed](run_streamed).
@@ -19,7 +19,7 @@ pub struct RunOutcome {
 }
 
 impl RunOutcome {
-    /// The faults that occurred, with how often.
+    /// The errors that occurred, with their counts.
     pub fn faults(&self) -> impl Iterator<Item = (InputError, u64)> {
         let counted = InputError::ALL.into_iter().zip(self.refused);
         counted.filter(|(_, count)| *count > 0)
@@ -45,12 +45,12 @@ pub enum RunError {
     /// A parameter is outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The configuration wants more particles than fit.
+    /// The configuration has more particles than fit.
     #[error("{wanted} particles, at most {capacity} fit")]
     TooManyParticles {
-        /// How many it wants.
+        /// Particles of the configuration.
         wanted: usize,
-        /// How many fit, on this host or on the board that was asked.
+        /// Particles that fit, on this host or on the board.
         capacity: usize,
     },
     /// The node refused the configuration for another reason.
@@ -79,9 +79,9 @@ pub fn check(config: &Config) -> Result<(), RunError> {
     check_capacity(config, CAPACITY)
 }
 
-/// Configures a node, hands it all inputs and hands on all events.
+/// Configures a node, gives it all inputs and passes on all events.
 ///
-/// A refused input changes nothing but its counter; the run goes on.
+/// A refused input changes nothing but its counter; the run continues.
 ///
 /// # Errors
 /// The configuration is not legal or does not fit into [`CAPACITY`].

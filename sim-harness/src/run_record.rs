@@ -1,4 +1,4 @@
-//! What a run's events add up to: the map, the path, the counts.
+//! The record of a run: its map, path and statistics.
 
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use amiro_ipf::node::{Config, Event, StepDone};
@@ -8,7 +8,7 @@ use crate::drive::{FilterRecords, Record};
 use crate::geometry::Pose2;
 use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
-/// Collects a run's events, from a host's node or from a board alike.
+/// Collects the events of a run, on a host's node or on a board.
 #[derive(Clone, Debug)]
 pub struct RunRecord {
     records: FilterRecords,
@@ -19,10 +19,10 @@ pub struct RunRecord {
     last: Option<(u64, Pose2)>,
     /// Whether the odometry was reset since the last step.
     is_reset: bool,
-    figures: RunStatistics,
+    statistics: RunStatistics,
 }
 
-/// A run in figures.
+/// The statistics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RunStatistics {
     /// Steps of the filter.
@@ -34,7 +34,8 @@ pub struct RunStatistics {
     /// Outcomes that counted as free.
     pub rejected_free: u64,
     /// Rejected outcomes that count nothing.
-    pub rejected_behind: u64,
+    #[serde(rename = "rejected_behind")]
+    pub rejected_unobserved: u64,
     /// Particles that left the local radius.
     pub departed: u64,
     /// Steps in which no particle had any weight.
@@ -45,7 +46,7 @@ pub struct RunStatistics {
     pub mean_step_m: Option<f64>,
     /// Length of the path through the steps' poses, metres, without jumps.
     pub path_m: f64,
-    /// Jumps of the path: steps before which the odometry broke off, or that are farther
+    /// Jumps of the path: steps before which the odometry was reset, or that are farther
     /// from the step before than the robot can have driven.
     pub jumps: u64,
     /// Occupied cells of the map.
@@ -61,7 +62,7 @@ pub struct RunStatistics {
 }
 
 impl RunRecord {
-    /// An empty survey of a robot with a configuration, with map cells of the given size,
+    /// An empty record of a robot with a configuration, with map cells of the given size,
     /// metres; with a radius, metres, the footprint of that hull is free in the map.
     #[must_use]
     pub fn new(config: &Config, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
@@ -73,14 +74,14 @@ impl RunRecord {
             jumps: Vec::new(),
             last: None,
             is_reset: false,
-            figures: RunStatistics::default(),
+            statistics: RunStatistics::default(),
         }
     }
 
     /// Takes the next event.
     pub fn take(&mut self, event: &Event) {
         if let Event::StepDone(done) = event {
-            self.figures.add(done);
+            self.statistics.add(done);
         }
         let Self {
             records,
@@ -141,15 +142,15 @@ impl RunRecord {
         self.mapper.map()
     }
 
-    /// The map so far without the robot's footprint: what the particles gave alone.
+    /// The map so far without the robot's footprint: the particles' outcomes only.
     #[must_use]
     pub fn counted_map(&self) -> Map {
         self.mapper.counted().map()
     }
 
-    /// The figures so far.
+    /// The statistics so far.
     #[must_use]
-    pub fn figures(&self) -> RunStatistics {
+    pub fn statistics(&self) -> RunStatistics {
         let path = self.path();
         let pairs = (1..).zip(path.iter().zip(path.iter().skip(1)));
         let driven = pairs.filter(|(index, _)| self.jumps.binary_search(index).is_err());
@@ -168,15 +169,15 @@ impl RunRecord {
             cells_free: count(Occupancy::Free),
             cells_refused: map.refused(),
             footprint_radius_m: self.mapper.hull_radius_m(),
-            ..self.figures
+            ..self.statistics
         }
     }
 }
 
 /// Whether a robot can have driven from one step to the next in the time between.
 ///
-/// Each pose may be predicted over the age that an odometry pose may have at most, so
-/// that both may be off by that much way.
+/// Each pose may be predicted over the age that an odometry pose may have at most, so that
+/// each may be off by the distance driven in that time.
 fn is_drivable((from_us, from): &(u64, Pose2), (to_us, to): &(u64, Pose2)) -> bool {
     let between_us = to_us.saturating_sub(*from_us);
     let seconds = 1e-6 * between_us.saturating_add(2 * MAX_AGE_US) as f64;
@@ -190,7 +191,7 @@ impl RunStatistics {
         self.survived_past_gate += u64::from(done.past_gate);
         self.survived_below_gate += u64::from(done.below_gate);
         self.rejected_free += u64::from(done.free);
-        self.rejected_behind += u64::from(done.unobserved);
+        self.rejected_unobserved += u64::from(done.unobserved);
         self.departed += u64::from(done.departed);
         self.degenerate_steps += u64::from(done.degenerate);
         self.last_digest = Some(done.digest);
@@ -224,44 +225,47 @@ mod tests {
         Event::Particles(particles)
     }
 
-    fn figures(events: &[Event]) -> RunStatistics {
-        let mut survey = RunRecord::new(&Config::amiro(Profile::Plus), 0.01, None);
-        events.iter().for_each(|event| survey.take(event));
-        survey.figures()
+    fn statistics(events: &[Event]) -> RunStatistics {
+        let mut record = RunRecord::new(&Config::amiro(Profile::Plus), 0.01, None);
+        events.iter().for_each(|event| record.take(event));
+        record.statistics()
     }
 
     #[test]
-    fn a_jump_of_the_odometry_is_no_way_of_the_robot() {
-        let broke_off = Event::OdometryReset { stamp_us: 0 };
-        let figures = figures(&[
+    fn a_jump_of_the_odometry_is_not_part_of_the_path() {
+        let was_reset = Event::OdometryReset { stamp_us: 0 };
+        let statistics = statistics(&[
             step(0, 0.0, 0.0),
             step(1, 0.01, 0.0),
-            broke_off,
+            was_reset,
             step(2, 85.0, 85.0),
             step(3, 85.01, 85.0),
         ]);
-        assert!((figures.path_m - 0.02).abs() < 1e-5, "{figures:?}");
-        assert!((figures.mean_step_m.unwrap() - 0.01).abs() < 1e-5);
-        assert_eq!(figures.jumps, 1);
+        assert!((statistics.path_m - 0.02).abs() < 1e-5, "{statistics:?}");
+        assert!((statistics.mean_step_m.unwrap() - 0.01).abs() < 1e-5);
+        assert_eq!(statistics.jumps, 1);
     }
 
     #[test]
     fn a_step_longer_than_a_robot_drives_is_a_jump_though_its_break_was_lost() {
-        let jump = figures(&[step(0, 0.0, 0.0), step(1, 0.6, 0.0)]);
+        let jump = statistics(&[step(0, 0.0, 0.0), step(1, 0.6, 0.0)]);
         assert_eq!((jump.jumps, jump.mean_step_m), (1, None));
         assert!(jump.path_m.abs() < 1e-12 && jump.path_m.is_sign_positive());
         // 1 m/s for 125 ms, and two poses that are predicted over 200 ms.
-        let fast = figures(&[step(0, 0.0, 0.0), step(1, 0.5, 0.0)]);
+        let fast = statistics(&[step(0, 0.0, 0.0), step(1, 0.5, 0.0)]);
         assert_eq!(fast.jumps, 0);
-        assert_eq!(figures(&[]).path_m.to_string(), "0");
+        assert_eq!(statistics(&[]).path_m.to_string(), "0");
     }
 
     #[test]
     fn a_map_that_is_cut_counts_the_cells_that_it_refused() {
         let near = [step(0, 0.0, 0.0), found(0)];
-        assert_eq!(figures(&near).cells_refused, 0);
+        assert_eq!(statistics(&near).cells_refused, 0);
         let far = [step(1, 85.0, 85.0), found(1), step(2, 4e30, 0.0), found(2)];
-        let figures = figures(&[&near[..], &far].concat());
-        assert_eq!((figures.cells_refused, figures.cells_occupied), (2, 1));
+        let statistics = statistics(&[&near[..], &far].concat());
+        assert_eq!(
+            (statistics.cells_refused, statistics.cells_occupied),
+            (2, 1)
+        );
     }
 }

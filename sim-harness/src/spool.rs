@@ -1,4 +1,4 @@
-//! What is written in order and read once from the front, on the disk when there is much.
+//! Bytes that are written in order and read once from the front; large amounts go to the disk.
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 
@@ -14,7 +14,7 @@ const MOST_EVENT: usize = 255;
 /// Bytes that are written in order, then read once from the front.
 ///
 /// More than a mebibyte goes to a temporary file without a name, which the system removes
-/// whatever becomes of the program. A failure to write is kept and reported by
+/// when the program ends in any way. A failure to write is kept and reported by
 /// [`read`](Self::read), so that a run need not check it at each event.
 #[derive(Debug)]
 pub struct Spool {

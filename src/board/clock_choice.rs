@@ -39,8 +39,8 @@ pub trait ClockUnit {
 /// Starts the best clock; the source to configure the core with.
 ///
 /// Crystal and PLL; without a crystal the PLL on the internal oscillator, within 1 %;
-/// without a PLL the internal oscillator alone. A unit on which not even that one starts
-/// is an emulator's.
+/// without a PLL the internal oscillator alone. If the internal oscillator does not start
+/// either, the unit is an emulator's.
 pub fn choose(unit: &mut impl ClockUnit) -> ClockSource {
     if !unit.start_internal() {
         return ClockSource::Unknown;

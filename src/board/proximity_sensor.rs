@@ -135,7 +135,7 @@ impl ProximitySensor {
         }
     }
 
-    /// The last raw value, whatever its age and state.
+    /// The last raw value, of any age and state.
     #[must_use]
     pub fn raw(&self) -> Option<u16> {
         self.last.map(|last| last.proximity)
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn trust_takes_ten_readings() {
+    fn a_sensor_is_good_after_ten_readings() {
         let mut sensor = ProximitySensor::new();
         assert_eq!(sensor.state(0), SensorState::NoData);
         sensor.on_configured();

@@ -15,7 +15,7 @@
 //! an error if it is a spike, beyond both neighbours in the same direction by more than
 //! noise and proximity explain, or lies farther below the offset than in any sensor. A
 //! spike right after an error does not count: the valley between two spikes is sound. The
-//! density of errors decides, forgotten with a time constant of 64 samples. Of uniform
+//! density of errors decides, averaged with a time constant of 64 samples. Of uniform
 //! random samples about 0.31 are errors; over 250 samples the density always rises above
 //! 0.248 (20 000 sequences). Up to three random spikes in each 15 samples, the most that
 //! the median over such a step bears, never raise it above 0.228 (18 million samples).
@@ -53,7 +53,7 @@ pub struct SignalCheck {
     last: Option<u16>,
     before: Option<u16>,
     equal: u8,
-    /// Errors per sample, exponentially forgotten, in units of 1 / [`ONE`].
+    /// Errors per sample, an exponential average, in units of 1 / [`ONE`].
     errors: u16,
     was_error: bool,
     garbage: bool,

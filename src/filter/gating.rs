@@ -2,7 +2,7 @@
 
 use super::{Evaluation, FilterParameters};
 
-/// What became of a live particle in a step; the map counts two of the four.
+/// The outcome of a live particle in a step; the map counts two of the four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
@@ -12,18 +12,18 @@ pub enum Outcome {
     SurvivedBelowGate,
     /// Rejected: counts as free.
     RejectedFree,
-    /// Rejected where no sensor can vouch for free space: counts nothing.
+    /// Rejected at a place that no sensor observed as free: counts nothing.
     RejectedUnobserved,
 }
 
 impl Outcome {
-    /// A survivor of the given age, its survival in this step included.
+    /// A survivor of the given epoch, its survival in this step included.
     ///
-    /// Equation 3 says "age >= g" where the text says "greater than the gate"; the
-    /// equation is followed.
+    /// Equation 3 has "age >= g", the paper's text "greater than the gate"; this follows
+    /// the equation.
     #[inline]
-    pub(crate) fn of_survivor(parameters: &FilterParameters, age: u8) -> Self {
-        if age >= parameters.gate {
+    pub(crate) fn of_survivor(parameters: &FilterParameters, epoch: u8) -> Self {
+        if epoch >= parameters.gate {
             Self::SurvivedPastGate
         } else {
             Self::SurvivedBelowGate
@@ -32,10 +32,10 @@ impl Outcome {
 
     /// A rejected particle by what the sensors saw of its place ([`Evaluation::flags`]).
     ///
-    /// Equation 3 counts every rejection as free. Even so a place that no sensor has
-    /// in view counts nothing. With the side test, one must see past it: a rejection
-    /// behind the arc says nothing about the place, and without the test the
-    /// interiors of walls turn free.
+    /// Equation 3 counts every rejection as free. Here a place that no sensor has in
+    /// view counts nothing. With the side test, the arc of one sensor must lie behind
+    /// the place: a rejection behind the arc is no evidence of free space, and without
+    /// the test the interiors of walls become free.
     #[inline]
     pub(crate) fn of_rejected(parameters: &FilterParameters, view: u8) -> Self {
         let needed = if parameters.side_test {
@@ -61,16 +61,16 @@ mod tests {
             gate: 4,
             ..FilterParameters::PAPER
         };
-        for (age, expected) in [
+        for (epoch, expected) in [
             (1, Outcome::SurvivedBelowGate),
             (3, Outcome::SurvivedBelowGate),
             (4, Outcome::SurvivedPastGate),
             (255, Outcome::SurvivedPastGate),
         ] {
             assert_eq!(
-                Outcome::of_survivor(&parameters, age),
+                Outcome::of_survivor(&parameters, epoch),
                 expected,
-                "age {age}"
+                "age {epoch}"
             );
         }
     }

@@ -24,12 +24,12 @@ impl Profile {
     }
 }
 
-/// How the weights decide who survives (line 9 of Algorithm 1; the paper is silent).
+/// How the weights select the survivors (line 9 of Algorithm 1; the paper does not define it).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SurvivalRule {
-    /// Systematic resampling: a comb with a tooth a live particle over the weights;
-    /// whoever is hit survives, once. Relative: a set of bad guesses keeps its best.
+    /// Systematic resampling: equidistant pointers over the weights, one per live particle;
+    /// a particle with a pointer survives, once. Relative: of bad guesses the best survive.
     Systematic,
     /// Each particle survives with probability of its own weight. Absolute, one
     /// pass, independent of the order of the particles.

@@ -1,4 +1,4 @@
-//! The particle set: eight bytes a particle, structure of arrays, fixed capacity.
+//! The particle set: eight bytes per particle, structure of arrays, fixed capacity.
 
 use super::Evaluation;
 use crate::checksum::Digest;
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn f54_flipped_bits_never_bring_a_particle_where_none_may_be() {
+    fn f54_flipped_bits_never_move_a_particle_to_an_illegal_place() {
         const N: usize = 400;
         let mut generator = Generator::seeded(54);
         for profile in [Profile::Paper, Profile::Plus] {

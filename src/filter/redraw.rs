@@ -13,7 +13,7 @@ use crate::random::{standard_normal_pair, uniform, uniform_below};
 ///
 /// Sensor and bearing are uniform. The range is normal about the reading's arc with
 /// the sensor's own noise; the model error is left out, because it would put new
-/// particles inside walls. An empty lobe is searched as [`NothingDraw`] says. `None`
+/// particles inside walls. An empty lobe is searched by [`NothingDraw`]. `None`
 /// when no sensor is usable.
 ///
 /// Corrected against the print: the bearing comes from +-theta_max, not +-90 degrees,

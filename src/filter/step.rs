@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_usable_sensor_the_set_dies_and_returns_with_the_sensors() {
+    fn without_a_usable_sensor_the_set_empties_and_refills_with_the_sensors() {
         let mut set = ParticleSet::<N>::new();
         let mut filter = InverseParticleFilter::new(&mut set, N, 5);
         let model = model(FilterParameters::PLUS);
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn forgotten_particles_are_drawn_anew_and_the_generator_goes_on() {
+    fn cleared_particles_are_drawn_anew_and_the_generator_goes_on() {
         let mut set = ParticleSet::<N>::new();
         let mut filter = InverseParticleFilter::new(&mut set, N, 11);
         let first = after_three_steps(&mut filter);

@@ -1,7 +1,7 @@
 //! Visibility: which sensors can possibly have a place in view.
 //!
 //! Lobes of 60 degrees at a spacing of 45 overlap only in pairs and triples, so most
-//! of the ring need not be asked about a particle. A coarse table over the local map
+//! of the ring need not be evaluated for a particle. A coarse table over the local map
 //! names those that must be.
 
 use crate::geometry::Point;
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn no_sensor_is_asked_about_a_cell_that_its_lobe_keeps_away_from() {
+    fn no_sensor_is_checked_for_a_cell_outside_its_lobe() {
         let lobe = BeamPattern::of(&Photometry::VCNL4020);
         let mounts: [Mount; SENSORS] = core::array::from_fn(|index| Ring::AMIRO.mount(index));
         let visibility = Visibility::of(&mounts, &lobe);

@@ -7,11 +7,11 @@ use crate::geometry::Point;
 use crate::math;
 use crate::model::{Mount, RangeEstimate, Reading, SENSORS};
 
-/// Squared distance from the arc, in variances, beyond which a support is none: it
+/// Squared distance from the arc, in variances, beyond which the support is zero: it
 /// would be below exp(-12) = 6e-6, less than half a unit of a stored weight.
 const FAR_SQUARED: f32 = 24.0;
 
-/// What the sensors say about one place.
+/// The sensors' evidence for one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation {
     /// P(wall here | readings) in [0, 1], peak-normalised: a score, not a density.
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn faulty_and_too_close_sensors_say_nothing() {
+    fn faulty_and_too_close_sensors_have_no_beam() {
         let model = model(FilterParameters::PAPER);
         for sample in [Sample::Missing, Sample::Saturated] {
             let scan = scan(&model, [sample; SENSORS]);

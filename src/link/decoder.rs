@@ -21,7 +21,7 @@ pub enum Received {
 /// Cuts a byte stream at its zero bytes and checks what lies between.
 ///
 /// Never panics, never holds more than one frame, and is in step again at the next
-/// zero byte whatever came before.
+/// zero byte, after any earlier bytes.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8, MAX_FRAME, u8>,
@@ -38,10 +38,10 @@ impl Decoder {
         }
     }
 
-    /// Takes one byte; says something at every zero byte that ends more than nothing.
+    /// Takes one byte; gives a result at every zero byte that ends at least one byte.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
         if byte != 0 {
-            // What fills the buffer is too long for a frame, whatever else there is of it.
+            // Bytes beyond the full buffer are dropped: the piece is too long for a frame.
             let _ = self.bytes.push(byte);
             return None;
         }

@@ -132,7 +132,7 @@ impl Encoder {
     }
 
     /// An encoder whose first frame has the given number: a host begins each session
-    /// with a random one, so that it knows the answers of an earlier session.
+    /// with a random one, so that it recognises the answers to an earlier session.
     #[must_use]
     pub const fn numbered_from(boot_id: u8, sequence: u16) -> Self {
         Self {

@@ -17,11 +17,11 @@ pub struct Boot {
     pub capacity: u32,
     /// Inputs that are taken ahead of their answers.
     pub window: u8,
-    /// Speed of the serial link, bits a second.
+    /// Speed of the serial link, bits per second.
     pub baud: u32,
     /// What the core's clock runs on.
     pub clock: ClockSource,
-    /// Frequency that the board believes its core has, hertz.
+    /// Frequency of the core by the board's configuration, hertz.
     pub core_hz: u32,
 }
 
@@ -51,7 +51,7 @@ pub struct BoardStatus {
     pub dropped_frames: u32,
     /// Input frames that arrived broken, out of order or not at all.
     pub broken_frames: u32,
-    /// Received bytes lost for want of room or to line errors.
+    /// Received bytes lost because of a full queue or a line error.
     pub lost_bytes: u32,
     /// Frames queued for the link since reset, this one not yet; with the dropped ones
     /// they are all that have a number.

@@ -1,9 +1,9 @@
 //! The lobe S(theta) = sqrt(cos(xi theta)), tabulated over the cosine of the bearing.
 //!
-//! The filter meets a particle as a point in a sensor's frame and knows
-//! cos(theta) = forward / range for one division, but theta only for an arc
-//! tangent. Over the cosine the lobe is smooth up to the axis, so a short table
-//! with straight lines between its entries replaces cosine, root and arc tangent.
+//! The filter has a particle as a point in a sensor's frame: cos(theta) = forward / range
+//! costs one division, theta itself an arc tangent. Over the cosine the lobe is smooth up
+//! to the axis, so a short table with straight lines between its entries replaces cosine,
+//! root and arc tangent.
 
 use super::Photometry;
 use crate::math;

@@ -10,7 +10,7 @@
 //! Equation 7 as printed is no rigid motion in any axis convention: its two
 //! rotation terms have equal signs and shear the particle set. Tests below fail for
 //! both printed forms. Equation 8's Euler step is replaced by the exact motion,
-//! because Euler inflates radii by sqrt(1 + turn^2) a step.
+//! because Euler inflates radii by sqrt(1 + turn^2) per step.
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};

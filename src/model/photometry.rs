@@ -88,7 +88,7 @@ impl Photometry {
             .then(|| self.beta_counts + self.alpha_counts_m2 * c / denominator)
     }
 
-    /// What given counts say about the range on the axis, with its error.
+    /// The range on the axis that given counts mean, with its error.
     ///
     /// `None` where the law has no solution: counts at or below beta, and with a
     /// negative delta counts beyond those at contact.
@@ -135,7 +135,7 @@ impl Photometry {
         self.counts(self.x_max_m, 0.0).unwrap_or(self.beta_counts)
     }
 
-    /// What a sample says. Decided before any division: nothing in range is no range.
+    /// The reading of a sample. "Nothing in range" is decided before any division.
     #[must_use]
     pub fn read(&self, sample: Sample) -> Reading {
         let counts = match sample {

@@ -16,15 +16,15 @@ pub enum Sample {
     Missing,
 }
 
-/// What a sample says about the nearest surface in the sensor's lobe.
+/// A sample interpreted: the nearest surface in the sensor's lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// A surface on the arc that the echo describes.
     Range(RangeEstimate),
     /// No surface up to the range limit; the echo describes that limit.
     NothingInRange(RangeEstimate),
-    /// A surface closer than the model can tell.
+    /// A surface closer than the model covers.
     TooClose,
-    /// Nothing can be said.
+    /// No information.
     Faulty,
 }

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn mounts_sit_where_the_dossier_says() {
+    fn mounts_match_the_drawing() {
         // Sensor 3, front left: +46.2 mm, +19.1 mm.
         let mount = Ring::AMIRO.mount(3);
         assert!((mount.position.x - 0.0462).abs() < 5e-5);

@@ -16,7 +16,7 @@ pub enum StepRule {
         /// Distance between steps, metres.
         step_m: f32,
     },
-    /// A step per tick, whatever the robot does. At standstill this finds walls in
+    /// One step per tick, moving or not. At standstill this finds walls in
     /// the sensors' noise, as the paper warns.
     PerTick {
         /// Whether the board makes the ticks, at 8 Hz of its own clock; otherwise

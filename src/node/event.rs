@@ -15,7 +15,7 @@ pub const BATCH: usize = 38;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// A configuration was taken; everything before it is forgotten.
+    /// A configuration was taken; all earlier state is cleared.
     Configured(Config),
     /// A step begins: what it consumes.
     StepBegun(StepBegun),

@@ -24,7 +24,7 @@ pub enum Input {
         /// Samples by sensor index.
         samples: [Sample; SENSORS],
     },
-    /// Where the robot's odometry believes it is.
+    /// The robot's pose by its odometry.
     Odometry {
         /// When it was there.
         stamp_us: u64,

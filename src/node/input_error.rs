@@ -1,4 +1,4 @@
-//! What can go wrong in the core, as counted words.
+//! The reasons for which a node refuses an input.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,23 +12,23 @@ pub enum InputError {
     NotFinite,
     /// A reading came before any odometry.
     NoPose,
-    /// The odometry is too old, or too young, to say where a reading was taken.
+    /// The odometry is too old, or too new, to give the pose of a reading.
     StalePose,
     /// A tick came before any reading.
     NoReading,
     /// A configuration has a parameter outside its range.
     BadParameter,
-    /// A configuration wants more particles than the capacity.
+    /// A configuration has more particles than the capacity.
     TooManyParticles,
     /// A message arrived that is not an input.
     NotAnInput,
     /// A pose or a wheel's speed is farther from the one before than a robot can get.
     Implausible,
-    /// A step was due and no sensor in use had anything to say: nothing was done.
+    /// A step was due, but no sensor in use had a reading: nothing was done.
     NoSensor,
     /// Readings or odometry came over the link, but the board reads its own.
     NotTheSource,
-    /// The board is in its safe mode: it talks and does nothing else.
+    /// The board is in its safe mode: it answers on the link and does nothing else.
     SafeMode,
 }
 

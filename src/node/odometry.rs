@@ -64,8 +64,8 @@ impl StampedPose {
 pub enum Continuity {
     /// The robot drove there.
     Continuous,
-    /// Nobody knows how the robot got there: the odometry was silent for more than
-    /// [`MAX_GAP_US`], or insists on another origin.
+    /// The motion to this pose is unknown: the odometry was silent for more than
+    /// [`MAX_GAP_US`], or continues from another origin.
     Reset,
 }
 
@@ -77,8 +77,8 @@ impl Odometry {
     /// with each other: the odometry then has a new origin.
     ///
     /// # Errors
-    /// [`InputError::NotFinite`]; [`InputError::StampBackward`]; [`InputError::Implausible`]. The pose
-    /// is then ignored.
+    /// [`InputError::NotFinite`]; [`InputError::StampBackward`];
+    /// [`InputError::Implausible`]. The pose is then ignored.
     pub fn take_pose(&mut self, stamp_us: u64, pose: Pose) -> Result<Continuity, InputError> {
         if !pose.is_finite() {
             return Err(InputError::NotFinite);
@@ -92,8 +92,9 @@ impl Odometry {
     /// from the origin if none is known.
     ///
     /// # Errors
-    /// [`InputError::NotFinite`]; [`InputError::StampBackward`]; [`InputError::Implausible`] for a
-    /// wheel faster than [`MAX_SPEED_M_PER_S`]. The speeds are then ignored.
+    /// [`InputError::NotFinite`]; [`InputError::StampBackward`];
+    /// [`InputError::Implausible`] for a wheel faster than [`MAX_SPEED_M_PER_S`]. The
+    /// speeds are then ignored.
     pub fn take_wheels(
         &mut self,
         drive: &DifferentialDrive,
@@ -152,7 +153,7 @@ impl Odometry {
         Ok(Continuity::Reset)
     }
 
-    /// Forgets how the robot got where it is.
+    /// Clears the motion to the current pose.
     fn begin_at(&mut self, origin: StampedPose) {
         *self = Self {
             last: Some(origin),
@@ -163,8 +164,8 @@ impl Odometry {
     /// The pose at a stamp.
     ///
     /// # Errors
-    /// [`InputError::NoPose`] before any odometry; [`InputError::StalePose`] when the stamp lies
-    /// before the last two poses or more than [`MAX_AGE_US`] after the last.
+    /// [`InputError::NoPose`] before any odometry; [`InputError::StalePose`] when the stamp
+    /// lies before the last two poses or more than [`MAX_AGE_US`] after the last.
     pub fn pose_at(&self, drive: &DifferentialDrive, stamp_us: u64) -> Result<Pose, InputError> {
         let last = self.last.ok_or(InputError::NoPose)?;
         match stamp_us.checked_sub(last.stamp_us) {
@@ -180,7 +181,7 @@ impl Odometry {
         }
     }
 
-    /// The pose at a stamp on the arc through the last two poses, if they say anything.
+    /// The pose at a stamp on the arc through the last two poses, if they determine one.
     fn along_last_motion(&self, last: &StampedPose, stamp_us: u64) -> Option<Pose> {
         let before = self.before?;
         let gap_us = last.stamp_us - before.stamp_us;
@@ -315,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn too_old_too_young_and_absent_are_told_apart() {
+    fn too_old_too_young_and_absent_are_distinguished() {
         assert_eq!(
             Odometry::default().pose_at(&DRIVE, 5),
             Err(InputError::NoPose)

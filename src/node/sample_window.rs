@@ -1,8 +1,8 @@
 //! What a step consumes of the samples that came since the step before.
 //!
-//! The sensors deliver at 125 Hz and the filter steps at about 8 Hz: fifteen samples a
-//! step. The paper's section 5 speaks of supersampling and does not say what is done
-//! with the samples; averaging them costs as much in lag as it gains in noise.
+//! The sensors deliver at 125 Hz and the filter steps at about 8 Hz: fifteen samples per
+//! step. The paper's section 5 mentions supersampling without the use of the samples;
+//! averaging them costs as much in lag as it gains in noise.
 
 use crate::model::{SENSORS, Sample};
 use crate::node::SampleSelection;
@@ -97,7 +97,7 @@ impl SampleWindow {
     /// What a step at the newest stamp consumes, by sensor index.
     ///
     /// A sensor whose last sample is more than [`MAX_SAMPLE_AGE_US`] older than the
-    /// newest stamp is missing; a saturated one is saturated whatever was before it.
+    /// newest stamp is missing; if its last sample is saturated, so is the result.
     #[must_use]
     pub fn select(&self, choice: SampleSelection) -> [Sample; SENSORS] {
         self.sensors.map(|recent| recent.at(self.newest_us, choice))

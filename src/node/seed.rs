@@ -1,7 +1,7 @@
-//! Where a board's first seed comes from.
+//! The source of a board's first seed.
 //!
-//! A host names the seed of a run. Until one does, a board draws its own: from its
-//! random number unit where that works, and otherwise from what tells it from its like.
+//! A host gives the seed of a run. Until then a board draws its own: from its random
+//! number unit where that works, otherwise from the chip's unique number.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,17 +1,17 @@
-//! The sample-per-speed rule: when enough way lies behind the robot for a step.
+//! The sample-per-speed rule: a step is due after a given travelled distance.
 
-/// Counts travelled distance and says when a step is due.
+/// Counts the travelled distance until a step is due.
 ///
 /// Distance is the signed travel along the robot's heading, so the jitter of an
 /// odometry at rest cancels and turning in place counts nothing. What exceeds a step
-/// is carried over: over a long way the mean step is exact whatever the sampling.
+/// is carried over: over a long way the mean step is exact at any sampling rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepTrigger {
     travelled_m: f32,
 }
 
 impl StepTrigger {
-    /// Adds a piece of way, metres; whether a step is due at its end.
+    /// Adds a travelled distance, metres; returns whether a step is due at its end.
     ///
     /// At most one step a call: a piece longer than a step gives one step and loses
     /// the whole steps inside it, not the remainder.

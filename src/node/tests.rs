@@ -185,7 +185,7 @@ fn f18_without_any_sensor_nothing_is_done_and_the_fault_is_named() {
 }
 
 #[test]
-fn f20_silent_odometry_suspends_the_filter_and_a_second_forgets_the_particles() {
+fn f20_silent_odometry_suspends_the_filter_and_a_second_clears_the_particles() {
     let mut set = ParticleSet::new();
     let mut node = Node::new(&mut set);
     fed(&mut node, &[Input::Configure(config())]);

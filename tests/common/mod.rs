@@ -19,12 +19,12 @@ pub(crate) fn skip(reason: &str) {
         std::env::var_os("IPF_NO_SKIP").is_none(),
         "a test was skipped that must run here: {reason}"
     );
-    say_skipped(reason);
+    report_skipped(reason);
 }
 
 /// The line alone: for what depends on the user, not on the machine.
 #[expect(clippy::disallowed_methods, reason = "past the test runner's capture")]
-pub(crate) fn say_skipped(reason: &str) {
+pub(crate) fn report_skipped(reason: &str) {
     // Nothing depends on the line being seen.
     let _ = writeln!(std::io::stderr(), "skipped: {reason}");
 }

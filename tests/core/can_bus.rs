@@ -89,8 +89,8 @@ impl Bench {
         taken
     }
 
-    fn hears(&self, frame: &WireFrame) {
-        self.unit.0.borrow_mut().hears(frame);
+    fn receives(&self, frame: &WireFrame) {
+        self.unit.0.borrow_mut().receives(frame);
     }
 
     fn sent(&self) -> Vec<WireFrame> {
@@ -134,7 +134,7 @@ fn unit_is_set_up_as_the_robots_have_it() {
 }
 
 #[test]
-fn controller_joins_within_three_patrols() {
+fn controller_joins_within_three_polls() {
     let mut bench = Bench::new();
     assert_eq!(bench.health(), CanControllerHealth::default());
     bench.poll();
@@ -145,7 +145,7 @@ fn controller_joins_within_three_patrols() {
 }
 
 #[test]
-fn f22_unit_that_does_not_answer_is_absent_and_nobody_waits() {
+fn f22_unit_that_does_not_answer_is_absent_without_a_wait() {
     let mut bench = Bench::new();
     bench.unit.0.borrow_mut().is_present = false;
     bench.poll();
@@ -236,12 +236,12 @@ fn f21_bus_off_is_counted_and_ends_128_times_11_bits_after_the_bus_heals() {
     assert!(bench.transmit(&ring(2)));
     bench.run(1);
     assert_eq!(bench.sent().len(), 1);
-    bench.hears(&odometry(1));
+    bench.receives(&odometry(1));
     assert_eq!(bench.interrupts().len(), 1);
 }
 
 #[test]
-fn f21_bus_off_between_two_patrols_is_counted_too() {
+fn f21_bus_off_between_two_polls_is_counted_too() {
     let mut bench = Bench::on_the_bus();
     for bus_offs in 1..=3 {
         bench.set_wire(Wire::Destroying);
@@ -258,7 +258,7 @@ fn f21_bus_off_between_two_patrols_is_counted_too() {
 }
 
 #[test]
-fn f20_frame_that_nobody_acknowledges_is_given_up_after_20_ms() {
+fn f20_unacknowledged_frame_is_given_up_after_20_ms() {
     let mut bench = Bench::on_the_bus();
     assert!(bench.transmit(&ring(0)));
     bench.run(1);
@@ -310,7 +310,7 @@ fn frames_are_sent_as_given_and_in_their_order() {
 }
 
 #[test]
-fn ring_of_a_minute_is_sent_whole_beside_the_patrols() {
+fn ring_of_a_minute_is_sent_whole_beside_the_polls() {
     let mut bench = Bench::on_the_bus();
     let mut schedule = amiro_ipf::board::can::RingSchedule::default();
     for _ in 0..60_000 {
@@ -333,7 +333,7 @@ fn f23_filters_let_in_what_is_read_and_nothing_else() {
     let mut bench = Bench::on_the_bus();
     for identifier in 0..0x800_u32 {
         for (is_extended, is_remote) in [(false, false), (false, true), (true, false)] {
-            bench.hears(&WireFrame {
+            bench.receives(&WireFrame {
                 // The same eleven bits at the top of an extended identifier.
                 identifier: identifier << if is_extended { 18 } else { 0 },
                 is_extended,
@@ -352,7 +352,7 @@ fn f23_filters_let_in_what_is_read_and_nothing_else() {
 }
 
 #[test]
-fn f23_random_frames_reach_the_decoder_only_under_identifiers_that_it_knows() {
+fn f23_random_frames_reach_the_decoder_only_under_its_identifiers() {
     let mut bench = Bench::on_the_bus();
     let mut random = Generator::seeded(23);
     let mut came = 0;
@@ -367,7 +367,7 @@ fn f23_random_frames_reach_the_decoder_only_under_identifiers_that_it_knows() {
         let mut bytes = [0; 8];
         bytes[..4].copy_from_slice(&low.to_le_bytes());
         bytes[4..].copy_from_slice(&high.to_le_bytes());
-        bench.hears(&WireFrame {
+        bench.receives(&WireFrame {
             identifier,
             is_extended,
             is_remote: head >> 29 == 0,
@@ -396,7 +396,7 @@ fn f24_flood_of_others_costs_no_interrupt() {
     let bench = Bench::on_the_bus();
     // A second of the shortest frames, 47 bits each, under the highest priority.
     for _ in 0..21_276 {
-        bench.hears(&WireFrame::data(0, [0; 8]));
+        bench.receives(&WireFrame::data(0, [0; 8]));
         bench.pass(47);
         assert!(!bench.unit.0.borrow().is_interrupting());
     }
@@ -409,7 +409,7 @@ fn f24_flood_of_odometry_is_taken_by_three_and_the_newest_comes_last() {
         let mut bench = Bench::on_the_bus();
         bench.unit.0.borrow_mut().is_release_slow = is_release_slow;
         for number in 0..200 {
-            bench.hears(&odometry(number));
+            bench.receives(&odometry(number));
         }
         let taken = bench.interrupts();
         assert!(taken.iter().all(|frames| frames.len() <= 3), "{taken:?}");
@@ -424,7 +424,7 @@ fn f24_flood_of_odometry_is_taken_by_three_and_the_newest_comes_last() {
         assert_eq!(taken.len(), if is_release_slow { 3 } else { 1 });
         // The line is quiet again: every frame comes.
         for number in 0..100 {
-            bench.hears(&odometry(number));
+            bench.receives(&odometry(number));
             let numbers: Vec<u8> = bench
                 .interrupts()
                 .concat()
@@ -443,12 +443,12 @@ fn f24_shutdown_comes_through_a_flood_of_odometry() {
     let mut shutdowns = 0;
     for turn in 0..9_000_u32 {
         // Full load: a frame of 111 bits each, and the interrupt in time for each second.
-        bench.hears(&odometry(turn as u8));
+        bench.receives(&odometry(turn as u8));
         bench.pass(111);
         if turn % 100 == 50 {
             let mut shutdown = WireFrame::data(0x404, [0x55, 0xaa, 0, 0, 0, 0, 0, 0]);
             shutdown.length_code = 2;
-            bench.hears(&shutdown);
+            bench.receives(&shutdown);
         }
         if turn % 2 == 1 {
             for frame in bench.interrupts().into_iter().flatten() {

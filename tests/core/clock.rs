@@ -1,7 +1,6 @@
 //! The core's clock where parts of it are dead, at a model of the clock unit.
 
-use amiro_ipf::board::clock_choice::ClockSource;
-use amiro_ipf::board::clock_choice::{ClockUnit, choose};
+use amiro_ipf::board::clock_choice::{ClockSource, ClockUnit, choose};
 
 /// A clock unit with dead parts.
 #[derive(Debug, Default)]

@@ -173,12 +173,12 @@ fn refusals(inputs: &[Input]) -> Vec<Option<InputError>> {
         core_hz: 0,
     };
     let mut particles = ParticleSet::<80>::new();
-    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot, 3);
+    let mut endpoint = DeviceEndpoint::new(Node::new(&mut particles), boot, 3);
     let (mut host, mut decoder) = (Encoder::new(0xa5), Decoder::new());
     let mut refusals = Vec::new();
     for input in inputs {
         for byte in host.encode(input) {
-            terminal.receive(*byte, &mut |frame, _| {
+            endpoint.receive(*byte, &mut |frame, _| {
                 for received in frame.iter().filter_map(|byte| decoder.push(*byte)) {
                     if let Received::Frame { frame, .. } = received
                         && let link::Message::Answer { refused, .. } = frame.message

@@ -96,7 +96,7 @@ fn every_pin_that_the_board_names_is_in_the_table_and_no_other() {
 }
 
 #[test]
-fn pins_are_set_to_what_the_table_says() {
+fn pins_match_the_table() {
     let code: String = code_of("src/bin/firmware/hal").split_whitespace().collect();
     for row in rows("Pins", "pin") {
         let pin = row[0].to_lowercase();

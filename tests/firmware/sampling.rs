@@ -111,7 +111,7 @@ fn page() -> HashMap<String, f64> {
 }
 
 #[test]
-fn the_sampling_takes_a_tenth_of_the_core_at_most_and_the_page_says_how_much() {
+fn the_sampling_takes_a_tenth_of_the_core_at_most_as_on_the_page() {
     if !common::can_emulate() {
         return;
     }

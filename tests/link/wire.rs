@@ -623,7 +623,7 @@ fn own_inputs_baud() -> usize {
 }
 
 #[test]
-fn full_detail_at_eight_hertz_needs_what_the_document_says() {
+fn full_detail_at_eight_hertz_needs_the_rate_of_the_document() {
     let full = frame_length(&Message::Event(Event::Particles(example_batch(38)))) as f64;
     let injected = injected_baud() as f64;
     let live = injected + own_inputs_baud() as f64;
@@ -1505,7 +1505,7 @@ fn what_is_no_message_of_this_version_is_refused() {
 }
 
 #[test]
-fn pieces_that_are_no_frame_are_told_apart() {
+fn pieces_that_are_no_frame_are_distinguished() {
     let hello = frame_by_the_document(1, 2, &[0, 0]);
     let mut damaged = hello.clone();
     damaged[1] ^= 2;

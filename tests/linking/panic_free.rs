@@ -51,19 +51,19 @@ mod alone {
             clock: ClockSource::Host,
             core_hz: 0,
         };
-        let mut terminal = DeviceEndpoint::new(Node::new(SET), boot, 0);
+        let mut endpoint = DeviceEndpoint::new(Node::new(SET), boot, 0);
         let mut ring = ProximityRing::new();
-        let mut senses = Acquisition::new();
+        let mut acquisition = Acquisition::new();
         loop {
             sense(&mut ring);
-            sense_whole(&mut senses);
+            sense_whole(&mut acquisition);
             supervise();
             // Any byte may come: the compiler can assume nothing about the inputs.
             let byte = black_box(0);
-            terminal.receive(byte, &mut |frame, importance| {
-                black_box((frame, importance));
+            endpoint.receive(byte, &mut |frame, priority| {
+                black_box((frame, priority));
             });
-            terminal.report(black_box(Default::default()), &mut |frame, _| {
+            endpoint.report(black_box(Default::default()), &mut |frame, _| {
                 black_box(frame);
             });
         }
@@ -104,13 +104,13 @@ mod alone {
     }
 
     /// Whatever comes over the robot's bus, at any time.
-    fn sense_whole(senses: &mut Acquisition) {
+    fn sense_whole(acquisition: &mut Acquisition) {
         let now_us = black_box(0);
         for bus in [Bus::I2c1, Bus::I2c2] {
-            black_box(senses.next(bus, now_us));
-            senses.answer(bus, now_us, black_box(Ok(&[0; 16][..])));
+            black_box(acquisition.next(bus, now_us));
+            acquisition.answer(bus, now_us, black_box(Ok(&[0; 16][..])));
         }
-        black_box(senses.poll(now_us));
+        black_box(acquisition.poll(now_us));
         let identifier = black_box(CanIdentifier::Extended(0));
         let frame = CanFrame::received(
             identifier,
@@ -118,15 +118,15 @@ mod alone {
             black_box(8),
             black_box([0; 8]),
         );
-        black_box(senses.take_frame(now_us, &frame));
-        black_box(senses.frame_due(now_us));
+        black_box(acquisition.take_frame(now_us, &frame));
+        black_box(acquisition.frame_due(now_us));
         if black_box(true) {
-            senses.calibrate();
+            acquisition.calibrate();
         }
         black_box((
-            senses.take_offsets(),
-            senses.sensors(now_us),
-            senses.buses(),
+            acquisition.take_offsets(),
+            acquisition.sensors(now_us),
+            acquisition.buses(),
         ));
     }
 

@@ -1,15 +1,15 @@
-//! AT24C01: 128 bytes that survive the night.
+//! AT24C01: an EEPROM of 128 bytes.
 
 use super::Device;
 
-/// How many bytes it holds.
+/// Size of the memory, bytes.
 pub const MEMORY_BYTES: usize = 128;
-/// Bytes of a page; a write that goes beyond comes round to the page's beginning.
+/// Bytes of a page; a longer write wraps to the page's beginning.
 pub const PAGE_BYTES: usize = 8;
-/// How long it writes after a stop, answering nothing: 5 ms (data sheet, t_WR).
+/// Duration of a write after a stop, without an acknowledgement: 5 ms (data sheet, t_WR).
 pub const WRITE_CYCLE_NS: u64 = 5_000_000;
 
-/// What the master is doing with it.
+/// State of the transfer with the master.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum MemoryTransfer {
     /// Nothing.
@@ -19,7 +19,7 @@ enum MemoryTransfer {
     Address,
     /// The next byte is for the page.
     Load,
-    /// The next byte is asked for.
+    /// The master reads the next byte.
     Read,
 }
 
@@ -49,13 +49,13 @@ impl At24c01Model {
         }
     }
 
-    /// What it holds.
+    /// The contents.
     #[must_use]
     pub fn bytes(&self) -> &[u8; MEMORY_BYTES] {
         &self.bytes
     }
 
-    /// What it holds, to be prepared before a test.
+    /// The contents, for the preparation of a test.
     pub fn bytes_mut(&mut self) -> &mut [u8; MEMORY_BYTES] {
         &mut self.bytes
     }
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_write_without_a_stop_is_forgotten() {
+    fn a_write_without_a_stop_is_dropped() {
         let mut memory = At24c01Model::new(0x50);
         assert!(memory.start(0x50, false, 0) && memory.write(0, 0) && memory.write(9, 0));
         assert!(memory.start(0x50, true, 0));

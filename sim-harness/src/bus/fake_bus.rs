@@ -1,4 +1,4 @@
-//! Two wires, the parts on them, and what goes wrong there.
+//! A bus of two wires with parts and injected faults.
 
 use std::fmt;
 
@@ -6,8 +6,9 @@ use super::{Device, InjectedBusFault, Script, Transcript, Word};
 
 /// Nine clocks at 400 kHz.
 const BYTE_NS: u64 = 22_500;
-/// An address that nobody has: what parts see of an address that is to find nobody.
-const NOBODY: u8 = 0x7f;
+/// An address that no part has: the parts get it in place of an address that is to find no
+/// acknowledgement.
+const UNADDRESSED: u8 = 0x7f;
 
 /// Why a start, byte or stop did not happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +17,7 @@ pub enum LineFault {
     ArbitrationLost,
     /// SDA is held low, so that there can be no start or stop.
     SdaLow,
-    /// SCL is held low, so that nothing can happen; later it may.
+    /// SCL is held low: nothing can happen until it is released.
     SclLow,
 }
 
@@ -30,7 +31,7 @@ impl fmt::Display for LineFault {
     }
 }
 
-/// How far the master is with a transfer.
+/// State of the master's transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TransferPhase {
     Idle,
@@ -43,14 +44,13 @@ enum TransferPhase {
 /// A bus with parts on it, a script of faults, and a clock.
 ///
 /// The clock runs by bytes ([`Self::set_byte_time`]) and by hand ([`Self::advance`]); it
-/// starts at 0. Of the two doors, [`embedded_hal::i2c::I2c`] is a driver's; the other one
-/// is a unit's, made of [`Self::start`], [`Self::send`], [`Self::receive`],
-/// [`Self::stop`] and [`Self::pulse`]. What makes no sense, such as a byte without a
-/// start, finds nobody who listens.
+/// starts at 0. Drivers use it through [`embedded_hal::i2c::I2c`], a model of an I2C unit
+/// through [`Self::start`], [`Self::send`], [`Self::receive`], [`Self::stop`] and
+/// [`Self::pulse`]. A byte without a start is not acknowledged.
 #[derive(Debug)]
 pub struct FakeBus<P> {
     parts: P,
-    /// What is to go wrong.
+    /// The faults to inject.
     pub script: Script,
     transcript: Transcript,
     now_ns: u64,
@@ -62,7 +62,7 @@ pub struct FakeBus<P> {
     refused: bool,
     lost: bool,
     phase: TransferPhase,
-    /// Clocks until SDA is let go.
+    /// Clocks until SDA is released.
     sda_clocks: u32,
     scl_until_ns: u64,
 }
@@ -98,13 +98,13 @@ impl<P: Device> FakeBus<P> {
         self.now_ns
     }
 
-    /// How many bytes there have been; the number of the next one for a [`Script`].
+    /// Number of bytes so far, which is the number of the next one for a [`Script`].
     #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// What was last said.
+    /// The last words on the bus.
     #[must_use]
     pub const fn transcript(&self) -> &Transcript {
         &self.transcript
@@ -116,7 +116,7 @@ impl<P: Device> FakeBus<P> {
         &self.parts
     }
 
-    /// The parts, as they are by now.
+    /// The parts at the current time.
     pub fn parts_mut(&mut self) -> &mut P {
         self.parts.pass(self.now_ns);
         &mut self.parts
@@ -128,7 +128,7 @@ impl<P: Device> FakeBus<P> {
         self.parts.pass(self.now_ns);
     }
 
-    /// Lets time pass until then; nothing if then is over.
+    /// Lets time pass until the given time; nothing if that is over.
     pub fn advance_to(&mut self, now_ns: u64) {
         self.advance(now_ns.saturating_sub(self.now_ns));
     }
@@ -145,7 +145,7 @@ impl<P: Device> FakeBus<P> {
         self.now_ns < self.scl_until_ns
     }
 
-    /// When SCL is let go, if that is to come.
+    /// When SCL is released, if it is held for a limited time.
     #[must_use]
     pub const fn scl_until_ns(&self) -> u64 {
         self.scl_until_ns
@@ -171,11 +171,11 @@ impl<P: Device> FakeBus<P> {
     /// whether it was acknowledged.
     ///
     /// # Errors
-    /// [`LineFault::SclLow`] if nothing has happened yet; the same call later goes on.
+    /// [`LineFault::SclLow`] if nothing has happened yet; the call may be repeated later.
     /// [`LineFault::ArbitrationLost`] if SDA was low where the byte has a 1.
     pub fn send(&mut self, byte: u8) -> Result<bool, LineFault> {
         let begun_ns = self.begin_byte()?;
-        // A line held low is seen at the byte's first 1; before it all is well.
+        // The master detects a low line at the byte's first 1.
         let zeros = byte.leading_zeros();
         if self.sda_clocks > zeros && byte != 0 {
             self.sda_clocks -= zeros + 1;
@@ -190,7 +190,7 @@ impl<P: Device> FakeBus<P> {
         let (address, read) = (byte >> 1, byte & 1 != 0);
         let taken = match self.phase {
             TransferPhase::Address => {
-                let sought = if refused { NOBODY } else { address };
+                let sought = if refused { UNADDRESSED } else { address };
                 self.parts.start(sought, read, begun_ns)
             }
             TransferPhase::Write if !refused => self.parts.write(byte, begun_ns),
@@ -214,13 +214,13 @@ impl<P: Device> FakeBus<P> {
         Ok(acknowledged)
     }
 
-    /// A byte for the master, who acknowledges it if it wants another one.
+    /// A byte for the master, which acknowledges it to read another one.
     ///
     /// # Errors
     /// As [`Self::send`].
     pub fn receive(&mut self, acknowledge: bool) -> Result<u8, LineFault> {
         let begun_ns = self.begin_byte()?;
-        // Here the master acknowledges, and nobody can refuse that.
+        // Here the master acknowledges; a part cannot refuse.
         self.refused = false;
         let byte = match self.phase {
             TransferPhase::Read => self.parts.read(begun_ns),
@@ -247,7 +247,7 @@ impl<P: Device> FakeBus<P> {
         Ok(())
     }
 
-    /// One clock by hand, with SDA left high; nothing while SCL is held low.
+    /// One clock with SDA left high; nothing while SCL is held low.
     pub fn pulse(&mut self) {
         if !self.scl_is_low() {
             self.sda_clocks = self.sda_clocks.saturating_sub(1);
@@ -255,7 +255,7 @@ impl<P: Device> FakeBus<P> {
         }
     }
 
-    /// The master leaves the bus in the middle of what it does.
+    /// The master leaves the bus in the middle of a transfer.
     pub fn abandon(&mut self) {
         self.phase = TransferPhase::Idle;
     }
@@ -270,7 +270,7 @@ impl<P: Device> FakeBus<P> {
         Err(fault)
     }
 
-    /// Lets the next byte's faults strike and its time pass; answers with when it began.
+    /// Injects the next byte's faults and lets its time pass; returns when it began.
     fn begin_byte(&mut self) -> Result<u64, LineFault> {
         self.parts.pass(self.now_ns);
         if !self.struck {
@@ -296,7 +296,7 @@ impl<P: Device> FakeBus<P> {
 
     fn inject(&mut self, fault: InjectedBusFault) {
         let struck = match fault {
-            // Counted where they tell.
+            // Counted where they have an effect.
             InjectedBusFault::NoAcknowledge => {
                 self.refused = true;
                 false
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_without_a_start_finds_nobody() {
+    fn a_byte_without_a_start_is_not_acknowledged() {
         let mut bus = memory();
         assert_eq!(bus.send(0xa0), Ok(false));
         assert_eq!(bus.receive(true), Ok(0xff));

@@ -1,18 +1,17 @@
-//! What can go wrong on a bus.
+//! The faults that a bus can inject.
 
 /// A fault of the wires or of a part on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InjectedBusFault {
     /// An address or written byte finds no acknowledgement, and no part takes it.
-    ///
-    /// Nothing on a byte that is read: there the master acknowledges.
+    /// No effect on a byte that is read, because there the master acknowledges.
     NoAcknowledge,
     /// The master reads a 0 where it sent a 1 and leaves the bus; no part takes the byte.
     ArbitrationLost,
-    /// A part holds SDA low from this byte's first bit on until it has seen so many
-    /// clocks: bytes that are read have leading zeros that nobody put there.
+    /// A part holds SDA low from this byte's first bit on for a number of clocks: bytes
+    /// that are read begin with zeros.
     SdaLow {
-        /// Clocks until it lets go; a byte has nine.
+        /// Clocks until it releases SDA; a byte has nine.
         clocks: u32,
     },
     /// A part holds SCL low before this byte.
@@ -20,41 +19,41 @@ pub enum InjectedBusFault {
         /// How long, in nanoseconds; `u64::MAX` is for ever.
         for_ns: u64,
     },
-    /// Something happens to the mux.
+    /// A fault of the multiplexer.
     Mux(MuxFault),
-    /// Something happens to the sensor behind a channel of the mux.
+    /// A fault of the sensor behind a channel of the multiplexer.
     Sensor {
-        /// The channel, 0 to 3. A sensor alone on a bus takes any for its own.
+        /// The channel, 0 to 3. A sensor without a multiplexer takes any channel.
         channel: u8,
-        /// What happens.
+        /// The fault.
         fault: Vcnl4020Fault,
     },
 }
 
-/// What can happen to a mux.
+/// A fault of a multiplexer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MuxFault {
-    /// It acknowledges a control byte and forgets it.
+    /// It acknowledges a control byte and ignores it.
     WriteLost,
     /// Its supply fails for a moment: no channel.
     Reset,
-    /// It connects another channel than was asked for, at once.
+    /// It connects another channel than the selected one, at once.
     Jump(u8),
-    /// It hears nothing of the start that comes at this very moment.
+    /// It misses the start that comes at this time.
     Deaf,
 }
 
-/// What can happen to a sensor.
+/// A fault of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vcnl4020Fault {
     /// Its supply fails for a moment: all registers as after power-up.
     Reset,
-    /// Its plug is pulled: it answers nothing.
+    /// It is unplugged: it does not answer.
     Unplugged,
     /// It is plugged in, and starts as after power-up.
     PluggedIn,
-    /// A proximity measurement ends at this very moment, if it measures periodically.
+    /// A proximity measurement ends at this time, if it measures periodically.
     Measures,
-    /// It hears nothing of the start that comes at this very moment, and measures on.
+    /// It misses the start that comes at this time, and continues to measure.
     Deaf,
 }

@@ -1,4 +1,4 @@
-//! A driver's door to a bus: embedded-hal's `I2c`.
+//! The bus for drivers: embedded-hal's `I2c`.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, O
 
 use super::{Device, FakeBus, LineFault};
 
-/// How long a byte is waited for while SCL is held low.
+/// Longest wait for a byte while SCL is held low.
 const PATIENCE_NS: u64 = 1_000_000;
-/// Clocks after which a part that waits in the middle of a byte has let go of SDA.
+/// Clocks after which a part in the middle of a byte has released SDA.
 const FREEING_CLOCKS: u32 = 9;
 
 /// How a transaction failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FakeBusError {
-    /// The address or a byte found no acknowledgement.
+    /// The address or a byte was not acknowledged.
     NoAcknowledge(NoAcknowledgeSource),
     /// The wires.
     Line(LineFault),
@@ -33,7 +33,7 @@ impl Error for FakeBusError {
             Self::NoAcknowledge(source) => ErrorKind::NoAcknowledge(source),
             Self::Line(LineFault::ArbitrationLost) => ErrorKind::ArbitrationLoss,
             Self::Line(LineFault::SdaLow) => ErrorKind::Bus,
-            // There is no kind for a wait that was given up.
+            // embedded-hal has no kind for a wait that timed out.
             Self::Line(LineFault::SclLow) => ErrorKind::Other,
         }
     }
@@ -67,9 +67,7 @@ impl<P: Device> ErrorType for FakeBus<P> {
 }
 
 /// A master that waits, but at most 1 ms for a byte.
-///
-/// After an error it frees the bus as far as it can: with a stop, and up to nine clocks
-/// before it.
+/// After an error it frees the bus with up to nine clocks and a stop.
 impl<P: Device> I2c for FakeBus<P> {
     fn transaction(
         &mut self,
@@ -155,7 +153,7 @@ impl<P: Device> FakeBus<P> {
         Ok(())
     }
 
-    /// Does something, after waiting for SCL if it must.
+    /// Performs an action, after a wait for SCL where necessary.
     fn patiently<T>(
         &mut self,
         mut action: impl FnMut(&mut Self) -> Result<T, LineFault>,
@@ -196,7 +194,7 @@ mod tests {
         bus
     }
 
-    fn said(bus: &FakeBus<At24c01Model>) -> String {
+    fn transcript(bus: &FakeBus<At24c01Model>) -> String {
         bus.transcript().to_string()
     }
 
@@ -206,7 +204,10 @@ mod tests {
         let mut read = [0; 3];
         bus.write_read(0x50, &[1], &mut read).unwrap();
         assert_eq!(read, [2, 3, 4]);
-        assert_eq!(said(&bus), "from byte 0: [50w+ 01+ [50r+ <02+ <03+ <04- ]");
+        assert_eq!(
+            transcript(&bus),
+            "from byte 0: [50w+ 01+ [50r+ <02+ <03+ <04- ]"
+        );
         assert!(bus.is_idle());
     }
 
@@ -223,18 +224,21 @@ mod tests {
         ];
         bus.transaction(0x50, &mut operations).unwrap();
         assert_eq!((first, second), ([1], [2, 3]));
-        assert_eq!(said(&bus), "from byte 0: [50w+ 00+ [50r+ <01+ <02+ <03- ]");
+        assert_eq!(
+            transcript(&bus),
+            "from byte 0: [50w+ 00+ [50r+ <01+ <02+ <03- ]"
+        );
         bus.transaction(0x50, &mut []).unwrap();
         assert_eq!(bus.bytes(), 6, "no operation, no start");
     }
 
     #[test]
-    fn an_empty_write_asks_whether_a_part_is_there() {
+    fn an_empty_write_probes_for_a_part() {
         let mut bus = bus();
         assert_eq!(bus.write(0x50, &[]), Ok(()));
-        let nobody = FakeBusError::NoAcknowledge(NoAcknowledgeSource::Address);
-        assert_eq!(bus.write(0x51, &[]), Err(nobody));
-        assert_eq!(said(&bus), "from byte 0: [50w+ ] [51w- ]");
+        let no_part = FakeBusError::NoAcknowledge(NoAcknowledgeSource::Address);
+        assert_eq!(bus.write(0x51, &[]), Err(no_part));
+        assert_eq!(transcript(&bus), "from byte 0: [50w+ ] [51w- ]");
     }
 
     /// The error of a read of two bytes from 0 with a fault at a byte, the bus after it,
@@ -248,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_tells_what_was_refused() {
+    fn a_refusal_identifies_what_was_refused() {
         use NoAcknowledgeSource::{Address, Data};
         for (at, expected) in [
             (0, Some(ErrorKind::NoAcknowledge(Address))),
@@ -257,7 +261,7 @@ mod tests {
             (3, None),
         ] {
             let (kind, bus) = with(at, InjectedBusFault::NoAcknowledge);
-            assert_eq!(kind, expected, "at {at}: {}", said(&bus));
+            assert_eq!(kind, expected, "at {at}: {}", transcript(&bus));
             assert!(bus.is_idle());
         }
     }
@@ -268,7 +272,7 @@ mod tests {
             let (kind, bus) = with(at, InjectedBusFault::ArbitrationLost);
             assert_eq!(kind, Some(ErrorKind::ArbitrationLoss), "at {at}");
             assert_eq!(bus.bytes(), at + 1);
-            assert!(bus.is_idle(), "at {at}: {}", said(&bus));
+            assert!(bus.is_idle(), "at {at}: {}", transcript(&bus));
         }
     }
 
@@ -277,10 +281,10 @@ mod tests {
         // From the last byte on, which takes nine of them.
         for (clocks, frees) in [(10, true), (18, true), (19, false)] {
             let (kind, mut bus) = with(4, InjectedBusFault::SdaLow { clocks });
-            assert_eq!(kind, Some(ErrorKind::Bus), "{clocks}: {}", said(&bus));
-            assert_eq!(bus.is_idle(), frees, "{clocks}: {}", said(&bus));
+            assert_eq!(kind, Some(ErrorKind::Bus), "{clocks}: {}", transcript(&bus));
+            assert_eq!(bus.is_idle(), frees, "{clocks}: {}", transcript(&bus));
             let next = bus.write(0x50, &[]);
-            assert_eq!(next.is_ok(), frees, "{clocks}: {}", said(&bus));
+            assert_eq!(next.is_ok(), frees, "{clocks}: {}", transcript(&bus));
             assert!(bus.is_idle(), "nine more");
         }
     }

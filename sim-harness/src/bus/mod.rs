@@ -1,9 +1,9 @@
 //! The robot's two I2C buses as they behave on the wire, for tests and simulated robots.
 //!
-//! Parts ([`Vcnl4020Model`], [`Pca9544aModel`], [`At24c01Model`]) understand bytes, not transactions.
-//! A [`FakeBus`] joins them with a clock and a [`Script`] of faults, and has two doors:
-//! embedded-hal's `I2c` for drivers, and single starts, bytes and stops for a model of
-//! a microcontroller's I2C unit. [`RobotBuses`] are the AMiRo's, populated.
+//! Parts ([`Vcnl4020Model`], [`Pca9544aModel`], [`At24c01Model`]) understand bytes, not
+//! transactions. A [`FakeBus`] joins them with a clock and a [`Script`] of faults, and has
+//! two interfaces: embedded-hal's `I2c` for drivers, and single starts, bytes and stops for
+//! a model of a microcontroller's I2C unit. [`RobotBuses`] are the AMiRo's, populated.
 //!
 //! Not modelled: rise times, voltages, other masters, and what a part does after a
 //! START or STOP in the middle of a byte.

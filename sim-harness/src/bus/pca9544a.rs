@@ -1,4 +1,4 @@
-//! PCA9544A: one of four buses, or none, continued.
+//! PCA9544A: a multiplexer that connects one of four buses, or none.
 
 use super::{Device, InjectedBusFault, MuxFault};
 
@@ -7,11 +7,11 @@ const ENABLE: u8 = 0x04;
 /// Bits of the control byte that can be written.
 const WRITABLE: u8 = 0x07;
 
-/// The mux, with a part behind each of its channels.
+/// The multiplexer, with a part behind each of its channels.
 ///
-/// The control byte names a channel, not a mask of them. A channel is connected or left
-/// at the stop after its control byte (data sheet, control register). The byte reads
-/// back with the channels' interrupt lines in bits 4 to 7.
+/// The control byte names a channel, not a mask of them. A channel is connected or
+/// disconnected at the stop after its control byte (data sheet, control register). The byte
+/// reads back with the channels' interrupt lines in bits 4 to 7.
 #[derive(Clone, Debug)]
 pub struct Pca9544aModel<D> {
     address: u8,
@@ -22,7 +22,7 @@ pub struct Pca9544aModel<D> {
     addressed: Option<bool>,
     /// The next control byte is lost.
     deaf: bool,
-    /// It hears no start at this time.
+    /// It misses a start at this time.
     deaf_at_ns: Option<u64>,
 }
 
@@ -68,7 +68,7 @@ impl<D: Device> Pca9544aModel<D> {
         self.behind.get_mut(self.connected?)
     }
 
-    /// Takes a control byte over at once; whether that changed anything.
+    /// Applies a control byte at once; returns whether it changed anything.
     fn switch(&mut self, control: u8) -> bool {
         let before = (self.control, self.connected);
         self.control = control & WRITABLE;
@@ -84,8 +84,8 @@ fn channel_of(control: u8) -> Option<usize> {
 impl<D: Device> Device for Pca9544aModel<D> {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.deaf = false;
-        let hears = self.deaf_at_ns != Some(now_ns);
-        self.addressed = (hears && address == self.address).then_some(read);
+        let is_addressed = self.deaf_at_ns != Some(now_ns);
+        self.addressed = (is_addressed && address == self.address).then_some(read);
         let behind = self
             .partner()
             .is_some_and(|part| part.start(address, read, now_ns));

@@ -10,7 +10,7 @@ use super::{
     At24c01Model, Device, FakeBus, InjectedBusFault, Pca9544aModel, Vcnl4020Fault, Vcnl4020Model,
 };
 
-/// Between two measurements at 125 a second.
+/// Period of 125 measurements per second.
 const PERIOD_NS: u32 = 8_000_000;
 
 /// The fault of a sensor of the ring, 0 to 7, for the script of its bus.
@@ -23,8 +23,8 @@ pub const fn on_sensor(sensor: usize, fault: Vcnl4020Fault) -> InjectedBusFault 
     InjectedBusFault::Sensor { channel, fault }
 }
 
-/// What is on one of the buses. The gauges, power and touch sensors that the robot has
-/// there as well are absent: nobody answers to them.
+/// The parts on one of the buses. The robot's gauges, power and touch sensors are absent:
+/// their addresses are not acknowledged.
 #[derive(Clone, Debug)]
 pub struct RobotParts {
     /// With four sensors behind it.
@@ -113,7 +113,7 @@ impl RobotBuses {
         self.sensor_mut(sensor).set_signal(raw);
     }
 
-    /// A sensor of the ring, as it is by now.
+    /// A sensor of the ring at the current time.
     ///
     /// # Panics
     /// For a sensor beyond 7.
@@ -136,7 +136,7 @@ impl RobotBuses {
         }
     }
 
-    /// The bus with that number: 1 is the second one, whatever else the first.
+    /// The bus with a number: 1 is the second one, any other the first.
     pub fn bus_mut(&mut self, bus: usize) -> &mut FakeBus<RobotParts> {
         if bus == 1 {
             &mut self.two
@@ -151,7 +151,7 @@ impl RobotBuses {
         self.one.now_ns().max(self.two.now_ns())
     }
 
-    /// Lets time pass on both until then, where then is not yet over.
+    /// Lets time pass on both until the given time, if that is not over.
     pub fn advance_to(&mut self, now_ns: u64) {
         self.one.advance_to(now_ns);
         self.two.advance_to(now_ns);
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn each_sensor_is_where_the_boards_tables_say() {
+    fn each_sensor_is_at_its_place_of_the_board_s_tables() {
         let mut buses = RobotBuses::default();
         for sensor in 0..SENSORS {
             buses.set_signal(sensor, 1000 + sensor as u16);
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_second_bus_has_a_memory_and_nobody_else_answers() {
+    fn only_the_second_bus_has_a_memory_and_other_addresses_are_not_acknowledged() {
         let mut buses = RobotBuses::default();
         let there = |bus: &mut FakeBus<RobotParts>| -> Vec<u8> {
             (0..0x80)

@@ -1,4 +1,4 @@
-//! When which fault strikes.
+//! The schedule of injected faults.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -6,7 +6,7 @@ use amiro_ipf::random::{Generator, uniform, uniform_below};
 
 use super::InjectedBusFault;
 
-/// When a fault strikes.
+/// When a fault is injected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum When {
     /// Before the byte with this number.
@@ -15,14 +15,14 @@ enum When {
     From(u64),
     /// Before every byte from the first time on and before the second.
     Between(u64, u64),
-    /// The same, but only in the slots that are drawn.
+    /// The same, only in slots that are drawn at random.
     Now(u64, u64, Outages),
 }
 
-/// Times in which something fails and times in which it does not: a loose contact.
+/// Random times of failure, as of a loose contact.
 ///
-/// Time is cut into slots of equal length, and each is drawn by itself: whether one is
-/// failing depends on the seed and its number alone.
+/// Time is cut into slots of equal length, and each is drawn independently: whether it
+/// fails depends only on the seed and its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outages {
     slot_ns: u64,
@@ -34,7 +34,7 @@ pub struct Outages {
 const OUTAGE_STREAM: u64 = 0x6c_6f6f_7365;
 
 impl Outages {
-    /// The given share of all slots fails, to 2^-24; a length of 0 is taken for 1.
+    /// The given share of all slots fails, to 2^-24; a length of 0 counts as 1.
     #[must_use]
     pub fn new(slot_ns: u64, share: f64, seed: u64) -> Self {
         Self {
@@ -48,8 +48,8 @@ impl Outages {
     #[must_use]
     pub fn fails_at(&self, now_ns: u64) -> bool {
         let slot = (now_ns / self.slot_ns).rotate_left(20);
-        let mut chance = Generator::seeded(self.seed ^ OUTAGE_STREAM ^ slot);
-        f64::from(uniform(&mut chance)) < self.share
+        let mut generator = Generator::seeded(self.seed ^ OUTAGE_STREAM ^ slot);
+        f64::from(uniform(&mut generator)) < self.share
     }
 }
 
@@ -64,14 +64,13 @@ struct PlannedFault {
 pub struct Random {
     kinds: Vec<InjectedBusFault>,
     distances: RangeInclusive<u32>,
-    /// The byte that is struck next; unknown until there is a first one.
+    /// The next byte with a fault; unknown before the first byte.
     next: Option<u64>,
     generator: Generator,
 }
 
 impl Random {
-    /// One of `kinds`, each as likely as the others, at distances of so many bytes, all
-    /// of them as likely.
+    /// One of `kinds` at a distance within `bytes`, both uniformly distributed.
     ///
     /// A least distance longer than an exchange keeps two faults out of the same one.
     #[must_use]
@@ -132,7 +131,7 @@ impl Script {
         self.add(When::Between(from_ns, to_ns), fault);
     }
 
-    /// A fault before every byte of such a time that begins in a slot that fails.
+    /// A fault before every byte between two times that begins in a slot that fails.
     pub fn now_and_then(
         &mut self,
         from_ns: u64,
@@ -143,24 +142,24 @@ impl Script {
         self.add(When::Now(from_ns, to_ns, outages), fault);
     }
 
-    /// Faults at random between two times, beside all others.
+    /// Random faults between two times, in addition to all others.
     pub fn at_random_between(&mut self, from_ns: u64, to_ns: u64, random: Random) {
         self.bursts.push((from_ns..to_ns, random));
     }
 
-    /// Faults at random from now on, instead of others of this kind; `None` for no more.
+    /// Random faults from now on, in place of earlier random ones; `None` ends them.
     pub fn at_random(&mut self, random: Option<Random>) {
         self.random = random;
     }
 
-    /// Forgets all faults to come; the hits stay counted.
+    /// Removes all future faults; the count of hits stays.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.random = None;
         self.bursts.clear();
     }
 
-    /// How many faults have struck where they made a difference.
+    /// Number of injected faults that had an effect.
     #[must_use]
     pub const fn hits(&self) -> u64 {
         self.hits
@@ -174,7 +173,7 @@ impl Script {
         self.hits += 1;
     }
 
-    /// The faults that strike before a byte; those that strike once are used up.
+    /// The faults before a byte; those that occur once are removed.
     pub(super) fn strikes(&mut self, byte: u64, now_ns: u64) -> Vec<InjectedBusFault> {
         let mut faults = Vec::new();
         self.entries.retain(|entry| {
@@ -236,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn random_faults_come_as_often_as_asked_and_again_for_the_same_seed() {
+    fn random_faults_have_their_rate_and_repeat_with_the_seed() {
         let faults = |seed| -> Vec<(u64, InjectedBusFault)> {
             let mut script = Script::default();
             script.at_random(Some(Random::new(vec![LOST, REFUSED], 1..=19, seed)));

@@ -1,14 +1,14 @@
-//! What was last said on a bus, for the story of a failure.
+//! The last words on a bus, for the report of a failure.
 
 use std::collections::VecDeque;
 use std::fmt;
 
 use super::LineFault;
 
-/// How many words are kept.
+/// Number of words that are kept.
 const KEPT: usize = 256;
 
-/// Something that went over the wires.
+/// A word on the wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Word {
     /// An address after a start, and whether it was acknowledged.
@@ -17,26 +17,26 @@ pub enum Word {
         address: u8,
         /// For reading.
         read: bool,
-        /// By whom it concerns.
+        /// Whether the addressed part acknowledged it.
         acknowledged: bool,
     },
     /// A byte from the master.
     Written {
         /// The byte.
         byte: u8,
-        /// By the part.
+        /// Whether the part acknowledged it.
         acknowledged: bool,
     },
     /// A byte for the master.
     Read {
         /// The byte as the master saw it.
         byte: u8,
-        /// By the master, who thereby asks for more.
+        /// Whether the master acknowledged it, which requests another byte.
         acknowledged: bool,
     },
     /// A stop.
     Stop,
-    /// Nothing went over, because of the wires.
+    /// Nothing was transferred, because of the wires.
     Failed(LineFault),
 }
 
@@ -70,7 +70,7 @@ pub struct Transcript {
 }
 
 impl Transcript {
-    /// The words with the number of bytes that had gone before each, oldest first.
+    /// The words with the number of bytes before each, oldest first.
     pub fn words(&self) -> impl Iterator<Item = (u64, Word)> {
         self.words.iter().copied()
     }

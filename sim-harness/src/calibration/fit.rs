@@ -10,7 +10,7 @@ use super::{CalibrationPoint, Estimate, Fit, Fixed, Law, Origin, Parameter, Tabl
 const DEPENDENT: f64 = 1e-6;
 /// A standard error above this share of a parameter's range leaves it undetermined.
 const MOST_ERROR_SHARE: f64 = 0.25;
-/// The reason for which nothing is fitted.
+/// Why the fit fails.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Fewer rows than a fit with errors takes.
@@ -40,7 +40,7 @@ pub enum FitError {
     OutOfRange {
         /// Which.
         parameter: Parameter,
-        /// What it comes out as.
+        /// The fitted value.
         value: f64,
         /// Its standard error.
         standard_error: f64,
@@ -56,11 +56,11 @@ pub enum FitError {
 
 /// Fits the photometric law to a table by weighted least squares.
 ///
-/// The start is found: alpha and beta are linear, and xi and delta are searched over a
-/// grid before Levenberg-Marquardt. A parameter that the table does not determine is held
-/// at [`Photometry::VCNL4020`](amiro_ipf::model::Photometry::VCNL4020)'s value, with the reason: delta first, then xi. Standard
-/// errors are the roots of the diagonal of sigma_s^2 (J^T J)^-1 with the residuals' own
-/// sigma_s, unless that is fixed.
+/// The start is found: alpha and beta are linear, and xi and delta are searched over a grid
+/// before Levenberg-Marquardt. A parameter that the table does not determine is held at
+/// [`Photometry::VCNL4020`](amiro_ipf::model::Photometry::VCNL4020)'s value, with the
+/// reason: delta first, then xi. Standard errors are the roots of the diagonal of sigma_s^2
+/// (J^T J)^-1 with the residuals' own sigma_s, unless that is fixed.
 ///
 /// # Errors
 /// A table that leaves alpha or beta open, a result that no configuration takes.
@@ -180,7 +180,7 @@ fn first_dependent(free: &[Parameter], slopes: &DMatrix<f64>) -> Option<Paramete
     for (parameter, column) in free.iter().zip(slopes.column_iter()) {
         let mut rest = column.clone_owned();
         let length = rest.norm();
-        // Twice, for what rounding leaves of the first time.
+        // Twice, to remove the rounding errors of the first pass.
         for base in span.iter().chain(span.iter()) {
             let share = base.dot(&rest);
             rest.axpy(-share, base, 1.0);

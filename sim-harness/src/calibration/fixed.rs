@@ -63,7 +63,7 @@ impl Fixed {
     /// The parameters fixed by words of the form NAME=VALUE.
     ///
     /// # Errors
-    /// The first word that fixes nothing.
+    /// The first word that is not of that form.
     pub fn parse<'w>(words: impl IntoIterator<Item = &'w str>) -> Result<Self, FixedError> {
         words.into_iter().try_fold(Self::default(), |fixed, word| {
             let (parameter, value) = assignment(word)?;
@@ -106,12 +106,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_fix_parameters_and_bad_words_say_why() {
+    fn words_fix_parameters_and_bad_words_are_refused_with_a_reason() {
         let fixed = Fixed::parse(["xi=1.2", "beta = -16"]).unwrap();
         assert_eq!(fixed.value(Parameter::Xi), Some(1.2));
         assert_eq!(fixed.value(Parameter::Beta), Some(-16.0));
         assert_eq!(fixed.value(Parameter::Alpha), None);
-        for (word, said) in [
+        for (word, message) in [
             ("xi", "'xi' is not NAME=VALUE"),
             (
                 "chi=1",
@@ -124,7 +124,7 @@ mod tests {
             ("xi=2", "xi must be a number from 0.5 to 1.45, not '2'"),
             ("xi=NaN", "xi must be a number from 0.5 to 1.45, not 'NaN'"),
         ] {
-            assert_eq!(Fixed::parse([word]).unwrap_err().to_string(), said);
+            assert_eq!(Fixed::parse([word]).unwrap_err().to_string(), message);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The photometric law fitted to a table of measured counts.
-//!
-//! [`Table`] is what was measured, [`Fixed`] what is known already, [`Law`] the least
+//! [`Table`] has the measurements, [`Fixed`] the known parameters, [`Law`] the least
 //! squares problem, [`Fit`] the answer: parameters, their standard errors, residuals.
 
 mod estimate;

@@ -7,7 +7,7 @@ use amiro_ipf::model::SensorMask;
 use amiro_ipf::node::Event;
 use sim_harness::console;
 use sim_harness::device::{
-    LinkError, News, counters, counters_in_words, health_text, post_mortem_in_words,
+    LinkError, RecordingEvent, counters, counters_in_words, health_text, post_mortem_in_words,
     status_counters,
 };
 
@@ -44,23 +44,23 @@ impl RecordLog {
     }
 
     /// Prints what is new.
-    pub(super) fn take(&mut self, news: &News<'_>) {
+    pub(super) fn take(&mut self, news: &RecordingEvent<'_>) {
         match news {
-            News::Message(message) => self.take_message(message),
-            News::Limited {
+            RecordingEvent::Message(message) => self.take_message(message),
+            RecordingEvent::Limited {
                 particles_per_sensor,
             } => console::warn(format_args!(
                 "Limit: steps take too long, {particles_per_sensor} particles a sensor from now on"
             )),
-            News::Input(_) | News::Waiting | News::Away => {}
-            News::Vanished(error) => console::warn(format_args!("{error}; trying again")),
-            News::Back => console::warn("the link is back"),
-            News::Restarted { .. } => {
+            RecordingEvent::Input(_) | RecordingEvent::Waiting | RecordingEvent::Away => {}
+            RecordingEvent::Vanished(error) => console::warn(format_args!("{error}; trying again")),
+            RecordingEvent::Back => console::warn("the link is back"),
+            RecordingEvent::Restarted { .. } => {
                 self.shown_end = None;
                 console::warn("the board started anew");
             }
-            News::Junk => console::warn(LinkError::Junk),
-            News::Silent => {
+            RecordingEvent::MostlyNoise => console::warn(LinkError::MostlyNoise),
+            RecordingEvent::Silent => {
                 console::warn(
                     "the board sent nothing for 2 s: the recording ends here and is whole",
                 );

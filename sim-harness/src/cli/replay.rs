@@ -89,7 +89,7 @@ impl Replay {
             is_scored: scenario.is_some(),
         };
         let run = self.target.replay(&plan, &mut recording)?;
-        if let Some(standstill) = run.standstill.finish(&config, run.survey.figures().steps) {
+        if let Some(standstill) = run.standstill.finish(&config, run.survey.statistics().steps) {
             let what = format!("{}: {standstill}", self.file.display());
             // With a comparison the digests were the point; else there is nothing to show.
             if run.comparison.is_none() {

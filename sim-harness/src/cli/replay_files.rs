@@ -33,7 +33,7 @@ impl ReplayFiles<'_> {
         mut run: Replayed,
     ) -> Result<(), Box<dyn Error>> {
         let survey = &run.survey;
-        let figures = survey.figures();
+        let figures = survey.statistics();
         let hull = plan.hull_radius_m;
         let scores = match self.scenario.zip(run.events.all.take()) {
             Some((scenario, events)) => Some(event_scores(

@@ -1,49 +1,49 @@
-//! Bytes that are no frames: what a wrong baud rate looks like.
+//! Detects a wrong baud rate: most bytes are no frames.
 
 use std::time::{Duration, Instant};
 
-/// How long a line is watched before it is judged.
+/// Time after which a line is judged.
 const WATCHED: Duration = Duration::from_secs(2);
 
 /// Fewer bytes than two frames' are no evidence: a frame may be cut or damaged.
 const FEWEST: u64 = 256;
 
-/// Watches how much of what comes is no frame.
+/// Counts the received bytes that are no frames.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BaudCheck {
     since: Option<Instant>,
     good: u64,
-    junk: u64,
-    is_junk: bool,
+    noise: u64,
+    is_noise: bool,
     was_reported: bool,
 }
 
 impl BaudCheck {
-    /// Takes so many bytes of a frame, or of none.
+    /// Counts bytes of a frame, or of no frame.
     pub(super) fn take(&mut self, bytes: u64, is_frame: bool, now: Instant) {
         let since = *self.since.get_or_insert(now);
         if is_frame {
             self.good += bytes;
         } else {
-            self.junk += bytes;
+            self.noise += bytes;
         }
         if now.saturating_duration_since(since) < WATCHED {
             return;
         }
-        self.is_junk = self.junk > self.good && self.junk >= FEWEST;
-        (self.since, self.good, self.junk) = (Some(now), 0, 0);
+        self.is_noise = self.noise > self.good && self.noise >= FEWEST;
+        (self.since, self.good, self.noise) = (Some(now), 0, 0);
     }
 
     /// Whether more than half of the bytes of two seconds were no frames; `true` once.
-    pub(super) fn take_verdict(&mut self) -> bool {
-        let is_news = self.is_junk && !self.was_reported;
-        self.was_reported |= is_news;
-        is_news
+    pub(super) fn take_warning(&mut self) -> bool {
+        let is_new = self.is_noise && !self.was_reported;
+        self.was_reported |= is_new;
+        is_new
     }
 
-    /// Whether that is so of the last two seconds or of the bytes since then.
-    pub(super) fn is_mostly_junk(&self) -> bool {
-        self.is_junk || (self.junk > self.good && self.junk >= FEWEST)
+    /// The same for the last two seconds or the bytes since then.
+    pub(super) fn is_mostly_noise(&self) -> bool {
+        self.is_noise || (self.noise > self.good && self.noise >= FEWEST)
     }
 }
 
@@ -52,31 +52,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn more_than_half_junk_for_two_seconds_is_said_once_and_less_is_not() {
-        for (good, junk, is_junk) in [(50, 51, true), (51, 50, false), (0, 12, false)] {
+    fn more_than_half_noise_for_two_seconds_is_reported_once_and_less_is_not() {
+        for (good, noise, is_noise) in [(50, 51, true), (51, 50, false), (0, 12, false)] {
             let start = Instant::now();
             let mut watch = BaudCheck::default();
             for tenth in 0..20 {
                 let now = start + Duration::from_millis(100 * tenth);
                 watch.take(good, true, now);
-                watch.take(junk, false, now);
-                assert!(!watch.take_verdict(), "{tenth}");
+                watch.take(noise, false, now);
+                assert!(!watch.take_warning(), "{tenth}");
             }
             watch.take(0, true, start + WATCHED);
-            assert_eq!(watch.take_verdict(), is_junk, "{good} good, {junk} junk");
-            assert!(!watch.take_verdict());
+            assert_eq!(watch.take_warning(), is_noise, "{good} good, {noise} junk");
+            assert!(!watch.take_warning());
         }
     }
 
     #[test]
-    fn junk_that_goes_on_is_said_once() {
+    fn lasting_noise_is_reported_once() {
         let start = Instant::now();
         let mut watch = BaudCheck::default();
         let verdicts = (0..100).filter(|tenth| {
             watch.take(100, false, start + Duration::from_millis(100 * tenth));
-            watch.take_verdict()
+            watch.take_warning()
         });
         assert_eq!(verdicts.count(), 1);
-        assert!(watch.is_mostly_junk());
+        assert!(watch.is_mostly_noise());
     }
 }

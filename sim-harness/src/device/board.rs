@@ -20,7 +20,7 @@ pub(super) const ANSWER_DEADLINE: Duration = Duration::from_secs(2);
 /// How long a board may take to come up.
 pub(super) const BOOT_DEADLINE: Duration = Duration::from_secs(10);
 
-/// How long nobody looks whether the user wants to end, at most.
+/// Longest time between two checks for an interrupt by the user.
 const INTERRUPTED_WITHIN: Duration = Duration::from_millis(100);
 
 /// Boot id of the frames that a host sends; a board's own counts from 0.
@@ -38,7 +38,7 @@ pub struct Board {
     transport: Transport,
     opener: Option<Opener>,
     disturbance: Option<Disturbance>,
-    /// Received bytes that were not looked at yet.
+    /// Received bytes that were not decoded yet.
     unread: std::vec::IntoIter<u8>,
     decoder: Decoder,
     pub(super) encoder: Encoder,
@@ -54,7 +54,7 @@ pub struct Board {
     /// Pieces that were received in a row after a deadline had passed.
     late: usize,
     interrupt: Option<Interrupt>,
-    /// Whatever must live as long as the board: an emulator's process.
+    /// A value that is dropped with the board: an emulator's process.
     _keep: Box<dyn Send>,
 }
 
@@ -72,7 +72,7 @@ impl Board {
     /// dropped with it.
     ///
     /// # Errors
-    /// What `open` says.
+    /// The error of `open`.
     pub fn reopened_by(
         mut open: impl FnMut() -> Result<Ends, LinkError> + Send + 'static,
         keep: impl Send + 'static,
@@ -103,7 +103,7 @@ impl Board {
         }
     }
 
-    /// The board at the other end of a line with faults, one a direction.
+    /// The board at the other end of a line with faults, one per direction.
     #[must_use]
     pub fn behind(mut self, to_board: FaultInjector, from_board: FaultInjector) -> Self {
         self.disturbance = Some(Disturbance {
@@ -129,28 +129,28 @@ impl Board {
         self
     }
 
-    /// Whether the user has asked to end.
+    /// Whether the user has interrupted the program.
     pub(super) fn is_interrupted(&self) -> bool {
         let interrupt = self.interrupt.as_ref();
         interrupt.is_some_and(Interrupt::is_requested)
     }
 
-    /// What the faulty line did, to the board and from it.
+    /// The faults of the line so far, to the board and from it.
     #[must_use]
     pub fn line_tallies(&self) -> Option<(LineTally, LineTally)> {
         let lines = self.disturbance.as_ref()?;
         Some((lines.to_board.tally(), lines.from_board.tally()))
     }
 
-    /// Hangs up: the board goes on alone. [`reconnect`](Self::reconnect) calls again.
+    /// Closes the link; the board keeps running. [`reconnect`](Self::reconnect) opens it again.
     pub fn disconnect(&mut self) {
         // The old link is closed before a new one is opened: a port opens only once.
         self.transport = Transport::closed();
         self.unread = Vec::new().into_iter();
     }
 
-    /// Opens the link again, once. What was half received is given up; what the board
-    /// says goes on where its numbers go on.
+    /// Tries once to open the link again. A frame that was half received is dropped; the
+    /// board's frames continue with its current number.
     ///
     /// # Errors
     /// [`LinkError::Gone`] for a link that cannot be opened again, or why it was not.
@@ -166,16 +166,16 @@ impl Board {
     }
 
     /// Whether more than half of the bytes of two seconds were no frames; `true` once.
-    pub fn take_junk(&mut self) -> bool {
-        self.baud_check.take_verdict()
+    pub fn take_baud_warning(&mut self) -> bool {
+        self.baud_check.take_warning()
     }
 
-    /// Whether what comes is mostly no frames.
-    pub(super) fn receives_junk(&self) -> bool {
-        self.baud_check.is_mostly_junk()
+    /// Whether most received bytes are no frames.
+    pub(super) fn receives_noise(&self) -> bool {
+        self.baud_check.is_mostly_noise()
     }
 
-    /// How the board introduced itself.
+    /// The board's answer to the greeting.
     #[must_use]
     pub fn boot(&self) -> Option<&Boot> {
         self.greeted.as_ref().map(|board| &board.boot)
@@ -187,14 +187,12 @@ impl Board {
         self.greeted.as_ref().map(|board| board.boot_id)
     }
 
-    /// Number of the frames that greeted the board: a greeting that was sent more than once
-    /// is answered as often.
+    /// Number of frames that greeted the board, each of which is answered.
     pub(super) fn greeted_as(&self) -> u16 {
         self.greeted_as
     }
 
-    /// Begins the account anew behind this frame: what became of frames before it is of
-    /// another run.
+    /// Restarts the loss statistics after this frame: earlier frames belong to another run.
     pub(super) fn begin_loss_stats(&mut self, frame: &Frame) {
         self.loss_stats = LossStats::after(frame);
     }
@@ -205,7 +203,7 @@ impl Board {
         self.greeted.as_ref()?.offsets.as_ref()
     }
 
-    /// How the life before that of the greeting ended, if it ended by itself.
+    /// How the boot before the greeted one ended, if it failed.
     #[must_use]
     pub fn post_mortem(&self) -> Option<&PostMortem> {
         self.greeted.as_ref()?.post_mortem.as_ref()
@@ -217,7 +215,7 @@ impl Board {
         self.tally().lost
     }
 
-    /// What became of the board's frames since the greeting.
+    /// The loss statistics of the board's frames since the greeting.
     #[must_use]
     pub fn tally(&self) -> FrameTally {
         self.loss_stats.tally()
@@ -249,7 +247,7 @@ impl Board {
         Err(LinkError::Silent)
     }
 
-    /// Sends bytes as they are: what a disturbed line might deliver.
+    /// Sends bytes unchanged, as a disturbed line might deliver them.
     ///
     /// # Errors
     /// [`LinkError::Write`].
@@ -278,8 +276,8 @@ impl Board {
     /// The next frame, whole or broken; `None` when there is none before the deadline.
     pub(super) fn receive(&mut self, deadline: Instant) -> Result<Option<Received>, LinkError> {
         loop {
-            // One frame at a time: what is raw then always ends where the frames end
-            // that were handed on, whatever the pieces in which bytes arrive.
+            // One frame at a time, so that the raw bytes always end with the last frame
+            // that was returned.
             for byte in self.unread.by_ref() {
                 self.raw.push(byte);
                 let received = self.decoder.push(byte);
@@ -307,10 +305,9 @@ impl Board {
         }
     }
 
-    /// Bytes that have arrived, perhaps none yet; `None` at the deadline.
-    ///
-    /// What had come in time is still looked at after the deadline, and no more: a board
-    /// that never stops sending does not hold up its host.
+    /// Bytes that have arrived, perhaps none yet; `None` at the deadline. Bytes that
+    /// arrived in time are still decoded after the deadline, and no later ones: a board
+    /// that never stops sending does not block its host.
     fn arrivals(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, LinkError> {
         if self.is_interrupted() {
             return Err(LinkError::Interrupted);
@@ -357,7 +354,7 @@ impl Board {
         }
     }
 
-    /// The next whole frame before the deadline; broken ones are counted and passed over.
+    /// The next whole frame before the deadline; broken ones are counted and skipped.
     pub(super) fn receive_frame(&mut self, deadline: Instant) -> Result<Option<Frame>, LinkError> {
         while let Some(received) = self.receive(deadline)? {
             if let Received::Frame { frame, .. } = received {

@@ -1,4 +1,4 @@
-//! Holds a board's run against the host's own, step by step, by the payloads' bytes.
+//! Compares a board's run with the host's own, step by step, by the payloads' bytes.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
@@ -10,17 +10,17 @@ use amiro_ipf::node::{Event, InputError, Particles, StepBegun, StepDone};
 use super::expected::{ExpectedRun, ExpectedStep};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
 
-/// The host's run, waiting for a board's or a recorded one to come in the same order.
+/// The host's run, and its comparison with a board's or a recorded run.
 ///
 /// All of the host's run comes first, then all of the other. A message is compared by a
 /// 64-bit hash of its payload; the hashes of a run of an hour, 50 MB, lie in a temporary
-/// file. Particle messages may be missing, since a board drops them
-/// when its line is slow: the comparison goes on at the next message that came. Whether
-/// that is still equal, the verdicts say.
+/// file. Particle messages may be missing, since a board drops them when its line is slow:
+/// the comparison continues at the next message that arrived, and the verdict reports the
+/// gap.
 #[derive(Debug, Default)]
 pub struct Comparison {
     expected: ExpectedRun,
-    /// How often the odometry broke off in the other run.
+    /// Number of odometry resets in the other run.
     breaks: usize,
     /// The step whose messages come now.
     current: Option<CurrentStep>,
@@ -36,7 +36,7 @@ pub struct Comparison {
     answers: AnswerAudit,
 }
 
-/// How far a step has come.
+/// Progress of a step.
 #[derive(Clone, Copy, Debug)]
 struct CurrentStep {
     index: usize,
@@ -65,8 +65,7 @@ fn hash(event: &Event) -> u64 {
 
 impl Comparison {
     /// Takes an event of the host's run.
-    ///
-    /// Step and particle messages are compared, and where the odometry broke off; boot,
+    /// Step and particle messages and odometry resets are compared; boot,
     /// configuration, status, health, offsets and post-mortem are not.
     pub fn expect(&mut self, event: &Event) {
         match event {
@@ -150,7 +149,7 @@ impl Comparison {
                 self.particles += batch.outcomes.len();
             }
             _ => {
-                // It stands for the one that was expected, if there is one.
+                // It counts as the expected step, if there is one.
                 let is_expected = rest.is_some_and(|rest| !rest.is_empty());
                 current.next += usize::from(is_expected);
                 self.differ(Some(index), "particles");
@@ -184,7 +183,7 @@ impl Comparison {
         }
     }
 
-    /// Goes on to a later step; `false` where there is none of this number.
+    /// Advances to a later step; `false` where there is none of this number.
     fn go_to(&mut self, index: usize, found: &str) -> bool {
         let after = self.current.map_or(0, |current| current.index + 1);
         if index >= self.expected.steps() {
@@ -211,7 +210,7 @@ impl Comparison {
         true
     }
 
-    /// Counts the particle messages of the current step that did not come.
+    /// Counts the missing particle messages of the current step.
     fn lose_rest(&mut self) {
         if let Some(current) = &mut self.current
             && let Some(expected) = self.expected.step(current.index)
@@ -267,8 +266,8 @@ impl Comparison {
         self.answers = answers;
     }
 
-    /// The verdict over a run in lock-step, in which nothing may be lost: with what became
-    /// of the board's frames since its greeting, and who the board said it was.
+    /// The verdict over a run in lock-step, in which nothing may be lost: with the loss
+    /// statistics since its greeting and the board's boot message.
     #[must_use]
     pub fn verdict(&self, boot: Option<&Boot>, tally: &FrameTally) -> Verdict {
         let mut verdict = self.verdict_of_recording();

@@ -13,10 +13,10 @@ pub(super) struct ExpectedStep {
     pub(super) done: u64,
 }
 
-/// The steps of the host's run, and where its odometry broke off.
+/// The steps of the host's run and its odometry resets.
 ///
-/// First all of it is written, then it is read forward: steps before the last one that was
-/// asked for are gone.
+/// First all of it is written, then it is read forward: steps before the last requested one
+/// are dropped.
 #[derive(Debug, Default)]
 pub(super) struct ExpectedRun {
     steps: usize,
@@ -45,7 +45,7 @@ impl ExpectedRun {
         self.steps
     }
 
-    /// How often the odometry broke off.
+    /// Number of odometry resets.
     pub(super) fn breaks(&self) -> usize {
         self.breaks
     }
@@ -55,7 +55,7 @@ impl ExpectedRun {
         self.failed.as_ref()
     }
 
-    /// Writes that a step begins.
+    /// Writes the begin of a step.
     pub(super) fn begin_step(&mut self, begun: u64) {
         self.close_step();
         self.steps += 1;
@@ -70,7 +70,7 @@ impl ExpectedRun {
         self.open.as_mut()
     }
 
-    /// Writes that the odometry broke off.
+    /// Writes an odometry reset.
     pub(super) fn break_off(&mut self, hash: u64) {
         self.breaks += 1;
         self.break_spool.write(&hash.to_le_bytes());
@@ -102,7 +102,7 @@ impl ExpectedRun {
         self.reading()?.held.get(place)
     }
 
-    /// Forgets the steps before a number.
+    /// Drops the steps before a number.
     pub(super) fn forget_before(&mut self, index: usize) {
         while self.reading().is_some_and(|reading| reading.first < index) {
             let Some(first) = self.reading().map(|reading| reading.first) else {
@@ -118,7 +118,7 @@ impl ExpectedRun {
         }
     }
 
-    /// The next of the hashes of where the odometry broke off.
+    /// The hash of the next odometry reset.
     pub(super) fn next_break(&mut self) -> Option<u64> {
         let hash = read_number(&mut self.reading()?.breaks);
         match hash {
@@ -127,7 +127,7 @@ impl ExpectedRun {
         }
     }
 
-    /// The run as it is read; what is written from now on is not.
+    /// The run for reading; later writes are not part of it.
     fn reading(&mut self) -> Option<&mut ExpectedReader> {
         if self.reading.is_none() && self.failed.is_none() {
             self.close_step();

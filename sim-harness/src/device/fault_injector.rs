@@ -8,13 +8,13 @@ use amiro_ipf::random::{Generator, uniform_below};
 use super::geometric::{Geometric, uniform};
 use crate::faults::{Faults, Kind, Window};
 
-/// Bytes without a zero byte that are taken for a piece of their own.
+/// Bytes without a zero byte that count as one piece.
 const LONGEST_PIECE: usize = 4096;
 
-/// What a line did to the frames that it was given: the truth, which no host knows.
+/// The true fate of the frames on a line, which a host cannot observe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineTally {
-    /// Frames that it was given, each a piece of bytes up to a zero byte.
+    /// Frames sent, each a piece of bytes up to a zero byte.
     pub sent: u64,
     /// Of these delivered whole, between two zero bytes, at least once.
     pub whole: u64,
@@ -22,9 +22,9 @@ pub struct LineTally {
     pub damaged: u64,
     /// Of these of which no byte was delivered.
     pub lost: u64,
-    /// Bytes that it was given.
+    /// Bytes sent.
     pub bytes_sent: u64,
-    /// Bytes that it delivered.
+    /// Bytes delivered.
     pub bytes_delivered: u64,
 }
 
@@ -40,9 +40,9 @@ struct Injected {
 
 /// One direction of a line: bytes go in at a time and come out, some of them, later.
 ///
-/// Frames are lost, cut, swapped or repeated first; then bytes are dropped and garbage
-/// comes between; then bits are flipped; then all of it takes its time. Equal seeds and
-/// equal calls give equal bytes. Without faults every byte passes at once.
+/// Frames are lost, cut, swapped or repeated first; then bytes are dropped and garbage is
+/// inserted; then bits are flipped; then the rest is delayed. Equal seeds and equal calls
+/// give equal bytes. Without faults every byte passes at once.
 #[derive(Clone, Debug)]
 pub struct FaultInjector {
     faults: Vec<Injected>,
@@ -51,9 +51,9 @@ pub struct FaultInjector {
     piece: Vec<u8>,
     /// A frame that waits for the next one to overtake it.
     overtaken: Option<Vec<u8>>,
-    /// Delivered bytes since the last zero byte: they spoil the frame behind them.
+    /// Delivered bytes since the last zero byte: they damage the next frame.
     open: Vec<u8>,
-    /// The frame that they began with, without its zero byte: what comes next may end it.
+    /// The frame that these bytes began, without its zero byte: later bytes may end it.
     unfinished: Option<Vec<u8>>,
     on_the_way: VecDeque<(Duration, Vec<u8>)>,
     free_at: Duration,
@@ -96,9 +96,8 @@ impl FaultInjector {
         }
     }
 
-    /// Gives bytes to the line, at a time since its first use that never decreases.
-    ///
-    /// What does not end with a zero byte waits for it, or for [`flush`](Self::flush).
+    /// Sends bytes, at a time since the line's first use that never decreases.
+    /// Bytes without a final zero byte wait for it, or for [`flush`](Self::flush).
     pub fn send(&mut self, bytes: &[u8], now: Duration) {
         for &byte in bytes {
             self.piece.push(byte);
@@ -108,7 +107,7 @@ impl FaultInjector {
         }
     }
 
-    /// Sends what waits for the end of its frame, or to be overtaken.
+    /// Sends the bytes that wait for the end of their frame, or to be overtaken.
     pub fn flush(&mut self, now: Duration) {
         if !self.piece.is_empty() {
             self.send_piece(now);
@@ -133,13 +132,13 @@ impl FaultInjector {
         self.on_the_way.front().map(|(due, _)| *due)
     }
 
-    /// What the line did so far.
+    /// The statistics so far.
     #[must_use]
     pub fn tally(&self) -> LineTally {
         self.tally
     }
 
-    /// Whether a fault of frames strikes the one that is now sent.
+    /// Whether a fault of frames applies to the frame that is sent.
     fn strikes(&mut self, now: Duration, of_rate: fn(f64) -> Kind) -> bool {
         let byte = self.tally.bytes_sent;
         let Self { faults, random, .. } = self;
@@ -179,7 +178,7 @@ impl FaultInjector {
         }
     }
 
-    /// Sends the first bytes of a frame, and its end never.
+    /// Sends the first bytes of a frame without its end.
     fn cut(&mut self, frame: &[u8], now: Duration) {
         self.tally.bytes_sent += frame.len() as u64;
         let end = uniform_below(&mut self.random, frame.len() as u32) as usize;
@@ -208,14 +207,14 @@ impl FaultInjector {
         }
     }
 
-    /// Keeps a frame in mind of whose bytes the first ones came last.
+    /// Keeps a frame of which the last delivered bytes are the first ones.
     fn leave_unfinished(&mut self, frame: &[u8], came: usize) {
         if came > 0 && !self.open.is_empty() && frame.starts_with(&self.open) {
             self.unfinished = frame.strip_suffix(&[0]).map(<[u8]>::to_vec);
         }
     }
 
-    /// Counts a frame of which so many bytes came; a whole one is given as its bytes.
+    /// Counts a frame by its delivered bytes; a whole one is given as its bytes.
     fn note(&mut self, whole: &[u8], came: usize) {
         let place = match (whole.is_empty(), came) {
             (false, _) => &mut self.tally.whole,
@@ -225,7 +224,7 @@ impl FaultInjector {
         *place += 1;
     }
 
-    /// Whether the frame lies between two zero bytes of what the other end sees.
+    /// Whether the frame lies between two zero bytes of the delivered bytes.
     fn arrives_whole(&self, frame: &[u8], passed: &[u8]) -> bool {
         if self.open.is_empty() && passed == frame {
             return frame.ends_with(&[0]);
@@ -233,12 +232,12 @@ impl FaultInjector {
         let seen = [&self.open[..], passed].concat();
         let content = frame.strip_suffix(&[0]).unwrap_or(frame);
         let mut pieces = seen.split(|byte| *byte == 0);
-        // What is behind the last zero byte is not ended.
+        // Bytes after the last zero byte are not ended.
         let _ = pieces.next_back();
         pieces.any(|piece| piece == content)
     }
 
-    /// What becomes of bytes: dropped, garbage between them, bits flipped.
+    /// Applies the faults of bytes: drops, inserted garbage, flipped bits.
     fn disturb(&mut self, bytes: &[u8], first: u64, now: Duration) -> Vec<u8> {
         let Self { faults, random, .. } = self;
         faults.iter_mut().fold(bytes.to_vec(), |left, fault| {
@@ -246,7 +245,7 @@ impl FaultInjector {
         })
     }
 
-    /// Sends bytes on their way.
+    /// Schedules the delivery of bytes.
     fn dispatch(&mut self, bytes: Vec<u8>, now: Duration) {
         if bytes.is_empty() {
             return;
@@ -255,7 +254,7 @@ impl FaultInjector {
         if let Some(zero) = bytes.iter().position(|byte| *byte == 0)
             && let Some(content) = self.unfinished.take()
         {
-            // The end of another frame, as it happens, is what this one lacked.
+            // The end of another frame happens to complete this one.
             let end = content.strip_prefix(self.open.as_slice());
             if end == bytes.get(..zero) {
                 self.tally.damaged -= 1;
@@ -266,7 +265,7 @@ impl FaultInjector {
             Some(zero) => self.open = bytes.iter().skip(zero + 1).copied().collect(),
             None => self.open.extend_from_slice(&bytes),
         }
-        // What is longer than any frame stays so, whatever follows.
+        // A piece that is longer than any frame cannot become a frame.
         self.open.truncate(LONGEST_PIECE);
         let byte = self.tally.bytes_sent;
         let mut due = now;
@@ -294,7 +293,7 @@ impl FaultInjector {
 }
 
 impl Injected {
-    /// What this fault leaves of bytes, of which the first is this one of all.
+    /// The bytes after this fault; `first` is the number of the first among all.
     fn disturb(
         &mut self,
         mut bytes: Vec<u8>,
@@ -389,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_does_what_its_word_says() {
+    fn each_fault_has_the_effect_of_its_word() {
         let all = frames().concat();
         let came = |faults| {
             let mut line = line(faults);

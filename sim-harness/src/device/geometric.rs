@@ -1,4 +1,4 @@
-//! How long until something rare happens again.
+//! Geometrically distributed distances between rare events.
 
 use amiro_ipf::random::Generator;
 
@@ -12,8 +12,8 @@ pub(super) fn uniform(random: &mut Generator) -> f64 {
 
 /// Independent trials of one probability, drawn as the gaps between their successes.
 ///
-/// A gap is distributed geometrically, so that the cost is one draw a success and not
-/// one a trial.
+/// A gap is distributed geometrically, so that the cost is one draw per success and not one
+/// per trial.
 #[derive(Clone, Debug)]
 pub(super) struct Geometric {
     rate: f64,
@@ -22,16 +22,16 @@ pub(super) struct Geometric {
 
 impl Geometric {
     pub(super) fn new(rate: f64, random: &mut Generator) -> Self {
-        let mut chance = Self {
+        let mut geometric = Self {
             rate,
             trials_before: 0,
         };
-        chance.draw(random);
-        chance
+        geometric.draw(random);
+        geometric
     }
 
-    /// The trial of the next success among the next `trials`; all up to it, or all of
-    /// them, are then over.
+    /// The trial of the next success among the next `trials`; all up to it, or all of them,
+    /// are consumed.
     pub(super) fn next_within(&mut self, trials: u64, random: &mut Generator) -> Option<u64> {
         if self.trials_before >= trials {
             self.trials_before -= trials;
@@ -58,13 +58,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn successes_are_as_many_as_the_rate_says() {
+    fn successes_match_the_rate() {
         for (seed, rate) in [(1, 1e-3), (2, 1e-2), (3, 0.3)] {
             let mut random = Generator::seeded(seed);
-            let mut chance = Geometric::new(rate, &mut random);
+            let mut geometric = Geometric::new(rate, &mut random);
             let trials = 1_000_000;
             let hits = (0..trials)
-                .filter(|_| chance.next_within(1, &mut random).is_some())
+                .filter(|_| geometric.next_within(1, &mut random).is_some())
                 .count() as f64;
             // Four standard deviations of a binomial count.
             let expected = rate * f64::from(trials);

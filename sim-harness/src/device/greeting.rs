@@ -1,4 +1,4 @@
-//! Which board answers a greeting of this session.
+//! Identifies the board that answers a greeting of this session.
 //!
 //! Bytes of an earlier session may still be in a line: in an adapter, a network, a pipe.
 //! A host therefore numbers its frames from a random number, and a board's answer carries
@@ -18,7 +18,7 @@ use super::LinkError;
 /// lie between them.
 const LONGEST_ANSWER: u16 = 3;
 
-/// Resets within one greeting after which they are the reason why it fails.
+/// Resets within one greeting after which the greeting fails because of them.
 const RESETS_IN_A_LOOP: u32 = 10;
 
 /// First numbers of sessions.
@@ -35,7 +35,7 @@ pub(super) fn random_numbers() -> Numbers {
     })
 }
 
-/// What a board says of itself in answer to a greeting.
+/// A board's answer to a greeting.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Answerer {
     pub(super) boot: Boot,
@@ -114,12 +114,12 @@ impl Greeting {
         None
     }
 
-    /// How the last board that said `Boot` introduced itself, whether it answered or not.
+    /// The last `Boot`, of an answer or not.
     pub(super) fn last_boot(&self) -> Option<&Boot> {
         self.candidate.as_ref().map(|board| &board.boot)
     }
 
-    /// Resets of the board that were seen.
+    /// Observed resets of the board.
     pub(super) fn resets(&self) -> u32 {
         self.resets
     }

@@ -1,4 +1,4 @@
-//! How a board is greeted.
+//! The greeting of a board.
 
 use std::time::{Duration, Instant};
 
@@ -8,24 +8,23 @@ use super::board::{BOOT_DEADLINE, HOST_BOOT_ID};
 use super::greeting::{Answerer, Greeting};
 use super::{Board, LinkError, LossStats, MOST_RESETS};
 
-/// Between two greetings of a board that does not answer.
+/// Time between two greetings of a board that does not answer.
 const GREETING_PERIOD: Duration = Duration::from_millis(500);
 
-/// Greetings without an answer after which a board of another version is believed to be
-/// one.
+/// Greetings without an answer after which the board counts as one of another version.
 const UNANSWERED_GREETINGS: u32 = 2;
 
 impl Board {
-    /// Greets the board until it introduces itself in answer to this session.
+    /// Greets the board until it answers this session.
     ///
-    /// Twice, with two random numbers; whatever comes before the second answer, of this
-    /// board or another, is left out of the session: frames, raw bytes, account.
+    /// Twice, with two random numbers; frames and bytes before the second answer, of this
+    /// board or another, are not part of the session.
     ///
     /// # Errors
     /// [`LinkError::NoBoot`], [`LinkError::OtherSession`], [`LinkError::Version`],
-    /// [`LinkError::KeepsResetting`], [`LinkError::Junk`], or a broken link.
+    /// [`LinkError::KeepsResetting`], [`LinkError::MostlyNoise`], or a broken link.
     pub fn greet(&mut self) -> Result<Boot, LinkError> {
-        // What comes before the answer is not kept: it may be any number of bytes.
+        // Bytes before the answer are not kept: there may be any number.
         self.raw.pause();
         let greeted = self.greet_within(BOOT_DEADLINE);
         self.raw.resume();
@@ -58,15 +57,15 @@ impl Board {
         *greeting = greeting.next();
         let number = (self.numbers)();
         let mut unanswered = 0;
-        // What a board is sent before its line is up is lost: ask again and again.
+        // Bytes sent before the board's line is up are lost, so the greeting is repeated.
         while Instant::now() < deadline {
             // Under the same number: on a slow line an answer may come after the next one.
             self.encoder = Encoder::numbered_from(HOST_BOOT_ID, number);
             self.send(&Message::Hello)?;
             let next_greeting = deadline.min(Instant::now() + GREETING_PERIOD);
             while let Some(received) = self.receive(next_greeting)? {
-                if self.take_junk() {
-                    return Err(LinkError::Junk);
+                if self.take_baud_warning() {
+                    return Err(LinkError::MostlyNoise);
                 }
                 let Received::Frame { frame, .. } = received else {
                     continue;
@@ -81,8 +80,8 @@ impl Board {
                     return Ok(board);
                 }
             }
-            // A board of another version introduces itself after its reset and may not
-            // understand the greeting.
+            // A board of another version sends its `Boot` after a reset and may not decode
+            // the greeting.
             unanswered += u32::from(greeting.last_boot().is_some());
             if unanswered == UNANSWERED_GREETINGS
                 && let Some(boot) = greeting.last_boot()

@@ -36,7 +36,7 @@ const CHECKSUM_PLACEHOLDER: u32 = 0x55aa_11ee;
 const AMIRO_TEXT_OFFSET: u64 = 0x200;
 /// Longest ELF file that is read: the flash's megabyte and many times that of symbols.
 const MOST_BYTES: u64 = 64 << 20;
-/// What RTIC calls the particle set of the main task.
+/// RTIC's name for the particle set of the main task.
 const PARTICLES: &str = "__rtic_internal_local_init_particles";
 /// An image that lost its linker script is all but empty.
 const LEAST_TEXT: u64 = 10_000;
@@ -102,7 +102,7 @@ pub fn build_image(layout: Layout) -> Result<PathBuf, ImageError> {
     Ok(target.join("thumbv7em-none-eabihf/release/firmware"))
 }
 
-/// What the ELF file says.
+/// The contents of the ELF file.
 #[derive(Clone, Debug)]
 pub struct Image {
     sections: Vec<Section>,
@@ -113,7 +113,7 @@ pub struct Image {
     ram_end_of_statics: u64,
     heap_symbols: Vec<String>,
     flash: Vec<u8>,
-    /// Address of the mark by which the image knows itself whole.
+    /// Address of the mark by which the image checks itself.
     mark: Option<u64>,
     /// Names and addresses.
     symbols: Vec<(String, u64)>,
@@ -197,9 +197,9 @@ impl Image {
         &self.flash
     }
 
-    /// The bytes to flash for a layout, with what only the finished image can tell: the
-    /// mark by which the image knows itself whole, and the word over the vectors that
-    /// AMiRo's boot loader asks for, so that an image flashed by a probe starts too.
+    /// The bytes to flash for a layout, with two values computed from the finished image:
+    /// the mark by which the image checks itself, and the checksum of the vectors that
+    /// AMiRo's boot loader requires, so that an image flashed by a probe starts too.
     ///
     /// The word is the two's complement of the sum of the first seven vectors: all
     /// eight words then sum to zero. The mark is the image's length and the CRC over all
@@ -235,7 +235,7 @@ impl Image {
             .map(|(_, address)| *address)
     }
 
-    /// Number of particles for which the image has room, as its symbols say.
+    /// Number of particles for which the image has room, by its symbols.
     #[must_use]
     pub fn capacity(&self) -> Option<usize> {
         let bytes = usize::try_from(self.particle_bytes?).ok()?;

@@ -5,12 +5,11 @@ use amiro_ipf::link::Frame;
 /// Frames that may wait for one that is missing before them.
 const DEPTH: usize = 8;
 
-/// Puts frames back into their sender's order and passes over what came before.
-///
-/// A serial line does neither repeat nor reorder; what a recording or a network in
-/// between delivers may. A frame waits for its elders until eight have come behind it;
-/// then they are given up. What comes after its place is gone for good, up to 64 places
-/// late, is passed over, as is what comes again.
+/// Puts frames back into their sender's order and drops repeated ones. A serial line
+/// neither repeats nor reorders; a recording or a network may. A frame waits for earlier
+/// ones until eight later frames have arrived; then the missing ones are given up. A frame
+/// that arrives after it was given up, up to 64 places late, is dropped, and so is a
+/// repeated one.
 #[derive(Clone, Debug, Default)]
 pub struct InOrder {
     boot_id: Option<u8>,
@@ -19,13 +18,13 @@ pub struct InOrder {
 }
 
 impl InOrder {
-    /// Nothing has come yet.
+    /// No frame yet.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Nothing has come yet of a sender whose first frame has number 0.
+    /// No frame yet, from a sender whose first frame has number 0.
     #[must_use]
     pub fn since_boot(boot_id: u8) -> Self {
         Self {
@@ -34,7 +33,7 @@ impl InOrder {
         }
     }
 
-    /// Takes a frame and hands on all whose turn it is now.
+    /// Takes a frame and passes on all that are now in order.
     pub fn take(&mut self, frame: Frame, mut hand_on: impl FnMut(&Frame)) {
         if self.boot_id != Some(frame.boot_id) {
             self.finish(&mut hand_on);
@@ -71,7 +70,7 @@ impl InOrder {
         }
     }
 
-    /// Hands on whatever waits: nothing more will come.
+    /// Passes on all waiting frames at the end of the stream.
     pub fn finish(&mut self, mut hand_on: impl FnMut(&Frame)) {
         for frame in self.waiting.drain(..) {
             hand_on(&frame);

@@ -1,4 +1,4 @@
-//! Ending what a board does in order, on SIGINT or SIGTERM.
+//! Orderly end of a board's use on SIGINT or SIGTERM.
 
 use std::io;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-/// Whether the program was asked to end while it used a board.
+/// Whether the program received SIGINT or SIGTERM while it used a board.
 ///
 /// A [`Board`](super::Board) that is given one stops waiting within a tenth of a second
 /// of the signal, with [`LinkError::Interrupted`](super::LinkError::Interrupted); its
@@ -25,7 +25,7 @@ impl Interrupt {
     /// the background of a shell script.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn on_signals() -> io::Result<Self> {
         let is_requested = Arc::new(AtomicBool::new(false));
         let is_over = Arc::new(AtomicBool::new(false));

@@ -1,4 +1,4 @@
-//! A host's own run, sent over a line to whoever maps it.
+//! A host's own run, sent over a simulated line to a mapper.
 
 use std::time::Duration;
 
@@ -28,19 +28,19 @@ pub struct LineRun {
 #[derive(Clone, Debug)]
 struct Receiver {
     decoder: Decoder,
-    account: LossStats,
+    loss_stats: LossStats,
     order: InOrder,
     bytes: Vec<u8>,
 }
 
-/// What became of a run on a line.
+/// The result of a run on a line.
 #[derive(Clone, Debug)]
 pub struct LineOutcome {
-    /// As the host counts.
+    /// As counted by the host.
     pub frames: FrameTally,
-    /// As the line knows.
+    /// As counted by the line.
     pub line: LineTally,
-    /// What arrived and was not [moved](LineRun::move_bytes) elsewhere.
+    /// The bytes that arrived and were not [moved](LineRun::move_bytes).
     pub bytes: Vec<u8>,
 }
 
@@ -53,7 +53,7 @@ impl LineRun {
             line,
             receiver: Receiver {
                 decoder: Decoder::new(),
-                account: LossStats::since_boot(HOST_NODE_BOOT_ID),
+                loss_stats: LossStats::since_boot(HOST_NODE_BOOT_ID),
                 order: InOrder::since_boot(HOST_NODE_BOOT_ID),
                 bytes: Vec::new(),
             },
@@ -62,7 +62,7 @@ impl LineRun {
         }
     }
 
-    /// Sends an event; hands on those that have arrived by now.
+    /// Sends an event; passes on those that have arrived by now.
     pub fn send(&mut self, event: &Event, on_event: &mut impl FnMut(&Event)) {
         if let Event::StepBegun(step) = event {
             let first_us = *self.first_us.get_or_insert(step.stamp_us);
@@ -73,15 +73,15 @@ impl LineRun {
         self.receiver.take(&self.line.receive(self.now), on_event);
     }
 
-    /// Moves the bytes that have arrived so far to the end of a spool, so that a run of any
-    /// length takes no memory.
+    /// Moves the bytes that have arrived so far to the end of a spool, so that memory is
+    /// bounded for a run of any length.
     pub fn move_bytes(&mut self, spool: &mut Spool) {
         spool.write(&self.receiver.bytes);
         self.receiver.bytes.clear();
     }
 
-    /// Waits for what is still on the way, and closes the account: the sender knows how
-    /// many frames it has sent.
+    /// Waits for the bytes on the way and closes the loss statistics with the number of
+    /// frames sent.
     pub fn finish(mut self, on_event: &mut impl FnMut(&Event)) -> LineOutcome {
         self.line.flush(self.now);
         self.receiver
@@ -90,9 +90,9 @@ impl LineRun {
             .order
             .finish(|frame| hand_on(&frame.message, on_event));
         let line = self.line.tally();
-        self.receiver.account.close(line.sent);
+        self.receiver.loss_stats.close(line.sent);
         LineOutcome {
-            frames: self.receiver.account.tally(),
+            frames: self.receiver.loss_stats.tally(),
             line,
             bytes: self.receiver.bytes,
         }
@@ -103,7 +103,7 @@ impl Receiver {
     fn take(&mut self, bytes: &[u8], on_event: &mut impl FnMut(&Event)) {
         self.bytes.extend_from_slice(bytes);
         for received in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
-            self.account.take(&received);
+            self.loss_stats.take(&received);
             if let Received::Frame { frame, .. } = received {
                 self.order
                     .take(frame, |frame| hand_on(&frame.message, on_event));

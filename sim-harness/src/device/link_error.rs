@@ -1,4 +1,4 @@
-//! Why a board is of no use.
+//! The errors of the link to a board.
 
 use std::fmt;
 
@@ -7,24 +7,24 @@ use amiro_ipf::node::InputError;
 
 use super::board::{ANSWER_DEADLINE, BOOT_DEADLINE};
 
-/// Why a live board is of no use.
+/// Why a board cannot be used.
 #[derive(Debug)]
 pub enum LinkError {
     /// It could not be started or opened.
     Start(String),
-    /// More than half of what it says is no frame.
-    Junk,
+    /// More than half of its bytes are no frames.
+    MostlyNoise,
     /// Writing to it failed.
     Write(std::io::Error),
     /// It closed the stream: the device is gone, not silent.
     Gone,
     /// The user ended the program: see [`Interrupt`](super::Interrupt).
     Interrupted,
-    /// It said nothing that can be read within the deadline.
+    /// It sent no valid frame within the deadline.
     NoBoot,
     /// Answers came within the deadline, and none to this session's greeting.
     OtherSession,
-    /// It speaks another version of the protocol.
+    /// It has another version of the protocol.
     Version {
         /// The board's version.
         board: u8,
@@ -34,16 +34,16 @@ pub enum LinkError {
         /// Which input, from 0.
         input: usize,
     },
-    /// It said nothing within the deadline.
+    /// It sent nothing within the deadline.
     Silent,
-    /// It refused what it was told to begin with.
+    /// It refused the configuration.
     Refused(InputError),
-    /// It was reset again and again while it was greeted.
+    /// It was reset repeatedly while it was greeted.
     KeepsResetting {
         /// How often.
         resets: u32,
     },
-    /// It started anew in the middle of a run: what it knew is gone.
+    /// It was reset in the middle of a run, which loses its state.
     Restarted {
         /// The first input without an answer, from 0.
         input: usize,
@@ -55,7 +55,7 @@ impl fmt::Display for LinkError {
         match self {
             Self::Start(reason) => write!(f, "the board cannot be reached: {reason}"),
             Self::Write(error) => write!(f, "writing to the board failed: {error}"),
-            Self::Junk => f.write_str(
+            Self::MostlyNoise => f.write_str(
                 "more than half of what comes is no frame: this looks like a wrong baud rate",
             ),
             Self::Gone => f.write_str("the board closed the link"),

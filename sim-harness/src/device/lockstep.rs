@@ -10,7 +10,7 @@ use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
 use crate::spool::Spool;
 
-/// How long the events of one input may keep coming: a whole step at 9600 baud.
+/// Longest time for the events of one input: a whole step at 9600 baud.
 const INPUT_DEADLINE: Duration = Duration::from_secs(30);
 
 /// Statuses come at 8 Hz: how long one is waited for.
@@ -19,28 +19,27 @@ const STATUS_DEADLINE: Duration = Duration::from_millis(500);
 /// Inputs after which the raw bytes so far are moved to a spool.
 const RAW_EVERY: usize = 1024;
 
-/// What was wrong with a board's answers as such, whatever they say.
+/// Errors in the sequence of a board's answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AnswerAudit {
-    /// Answers to no input that waited for one.
+    /// Answers without an unanswered input.
     pub surplus: u64,
     /// Answers that came before that to an earlier input.
     pub out_of_order: u64,
 }
 
-/// Feeds messages to a board and hands its own on, in order, until all are answered.
+/// Sends messages to a board and passes its own on, in order, until all are answered.
 ///
-/// At most as many inputs are unanswered at a time as the board said it takes ahead;
-/// nothing is lost by design, so the run is exactly repeatable. `on_message` also gets
-/// statuses and healths, which come when the board's clock says so. When a configuration
-/// is the first input, the steps of a run that the board is amid until then are left out.
-/// `on_answer` gets each input's number, from 0, and why it was refused if it was: an
-/// input that the board refuses is one that the host's own node may refuse too. Answers
-/// that fit no input are passed over and counted.
+/// At most as many inputs are unanswered at a time as the board accepts ahead; nothing is
+/// lost by design, so the run is exactly repeatable. `on_message` also gets statuses and
+/// healths, which come by the board's clock. When a configuration is the first input, the
+/// steps of the board's earlier run are left out. `on_answer` gets each input's number,
+/// from 0, and why it was refused if it was: an input that the board refuses is one that
+/// the host's own node may refuse too. Answers that match no input are skipped and counted.
 ///
 /// # Errors
-/// [`LinkError::NoAnswer`] when the board says nothing about an input for two
-/// seconds; [`LinkError::Restarted`]; a broken link.
+/// [`LinkError::NoAnswer`] when an input is unanswered for two seconds;
+/// [`LinkError::Restarted`]; a broken link.
 pub fn drive<M>(
     board: &mut Board,
     inputs: &[M],
@@ -140,8 +139,8 @@ fn receive(board: &mut Board, first: usize, deadline: Instant) -> Result<Frame, 
     Ok(frame)
 }
 
-/// Hands on what a board sends behind its last answer, where nothing of a run may come:
-/// up to its next status, or for half a second.
+/// Passes on the messages after the last answer, where no message of a run is expected: up
+/// to the next status, or for half a second.
 ///
 /// # Errors
 /// A broken link.

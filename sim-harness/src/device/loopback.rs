@@ -1,7 +1,7 @@
-//! A board in memory: the very terminal of the flash image, on a thread of the host.
+//! A board in memory: the flash image's device endpoint on a thread of the host.
 //!
-//! It has sensors if it is given buses with their parts on them. Time then passes for
-//! them when a host asks for something that takes time, and at no other time.
+//! It has sensors if it is given buses with their parts on them. Their time passes only
+//! when a host requests something that takes time.
 
 use std::io::{self, Read, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -20,15 +20,14 @@ use crate::bus::RobotBuses;
 /// As many particles as the flash image holds.
 const CAPACITY: usize = 8000;
 
-/// Between two looks at the senses, as the flash image has them.
-const PATROL_US: u64 = 500;
+/// Period of the acquisition's poll, as in the flash image.
+const POLL_PERIOD_US: u64 = 500;
 
-/// Time in which sound sensors earn trust and the memory is read, and in which any
+/// Time in which working sensors become good and the memory is read, and in which any
 /// measurement of the offsets ends and is written: 62 rounds.
 const SETTLED_US: u64 = 500_000;
 
-/// How a board introduces itself that is no microcontroller, with room for so many
-/// particles.
+/// The `Boot` of a board that is no microcontroller, with a given particle capacity.
 #[must_use]
 pub fn boot_on_host(capacity: u32) -> Boot {
     Boot {
@@ -44,14 +43,14 @@ pub fn boot_on_host(capacity: u32) -> Boot {
 
 impl Board {
     /// A board that runs on a thread. `on_line` sees every frame that the board sends
-    /// and says whether it arrives; a frame may be changed on the way.
+    /// and returns whether it arrives; it may change the frame.
     #[must_use]
     pub fn in_memory(on_line: impl FnMut(&mut Vec<u8>) -> bool + Send + 'static) -> Self {
         Self::on_thread(None, on_line)
     }
 
-    /// As [`Board::in_memory`], with the robot's own senses on these buses: it answers a
-    /// wish for new offsets, and readings that pass meanwhile are its own inputs.
+    /// As [`Board::in_memory`], with the robot's acquisition on these buses: it answers a
+    /// request to calibrate, and readings of that time are its own inputs.
     #[must_use]
     pub fn robot_in_memory(
         buses: RobotBuses,
@@ -69,24 +68,24 @@ impl Board {
         thread::spawn(move || {
             let mut particles = Box::new(ParticleSet::<CAPACITY>::new());
             let boot = boot_on_host(CAPACITY as u32);
-            let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot, 0);
+            let mut endpoint = DeviceEndpoint::new(Node::new(&mut particles), boot, 0);
             let mut send = |frame: &[u8], _| {
                 let mut frame = frame.to_vec();
                 if on_line(&mut frame) {
-                    // The host may have hung up; the loop below then ends.
+                    // The host may have closed the link; the loop below then ends.
                     let _ = to_host.send(frame);
                 }
             };
             if let Some(body) = &mut body {
-                body.live(&mut terminal, &mut send);
+                body.live(&mut endpoint, &mut send);
             }
             for byte in from_host.into_iter().flatten() {
-                terminal.receive(byte, &mut send);
-                if terminal.take_calibration()
+                endpoint.receive(byte, &mut send);
+                if endpoint.take_calibration()
                     && let Some(body) = &mut body
                 {
-                    body.senses.calibrate();
-                    body.live(&mut terminal, &mut send);
+                    body.acquisition.calibrate();
+                    body.live(&mut endpoint, &mut send);
                 }
             }
         });
@@ -98,9 +97,9 @@ impl Board {
     }
 }
 
-/// A robot's senses and the parts that they ask.
+/// A robot's acquisition and the parts on its buses.
 struct Body {
-    senses: Acquisition,
+    acquisition: Acquisition,
     buses: RobotBuses,
     now_us: u64,
 }
@@ -108,41 +107,42 @@ struct Body {
 impl Body {
     fn new(buses: RobotBuses) -> Self {
         Self {
-            senses: Acquisition::new(),
+            acquisition: Acquisition::new(),
             buses,
             now_us: 0,
         }
     }
 
-    /// Lets half a second pass; what the senses find goes where the flash image's goes.
+    /// Lets half a second pass; the results of the acquisition go where they go in the
+    /// flash image.
     fn live<const N: usize>(
         &mut self,
-        terminal: &mut DeviceEndpoint<'_, N>,
+        endpoint: &mut DeviceEndpoint<'_, N>,
         send: &mut impl FnMut(&[u8], Priority),
     ) {
         let end_us = self.now_us + SETTLED_US;
         while self.now_us < end_us {
             self.buses.advance_to(self.now_us * 1_000);
-            if let Some(input) = self.senses.poll(self.now_us) {
-                terminal.inject(&input, send);
+            if let Some(input) = self.acquisition.poll(self.now_us) {
+                endpoint.inject(&input, send);
             }
             self.exchange();
-            if let Some(offsets) = self.senses.take_offsets() {
-                terminal.publish(&Message::Offsets(offsets), send);
+            if let Some(offsets) = self.acquisition.take_offsets() {
+                endpoint.publish(&Message::Offsets(offsets), send);
             }
             // A transaction takes its time, and nothing else happens meanwhile.
             let bus_us = self.buses.now_ns().div_ceil(1_000);
-            self.now_us = bus_us.max(self.now_us + PATROL_US);
+            self.now_us = bus_us.max(self.now_us + POLL_PERIOD_US);
         }
     }
 
-    /// Executes what the senses want to know until they want nothing more.
+    /// Executes the acquisition's transactions until there are none.
     fn exchange(&mut self) {
         for (number, bus) in BUSES.into_iter().enumerate() {
-            while let Some(transaction) = self.senses.next(bus, self.now_us) {
+            while let Some(transaction) = self.acquisition.next(bus, self.now_us) {
                 let result = self.buses.bus_mut(number).run(&transaction);
                 let result = result.as_deref().map_err(|error| (*error).into());
-                self.senses.answer(bus, self.now_us, result);
+                self.acquisition.answer(bus, self.now_us, result);
             }
         }
     }

@@ -1,44 +1,44 @@
-//! What became of every frame that a sender numbered.
+//! Loss statistics of a sender's numbered frames.
 
 use std::fmt;
 
 use amiro_ipf::link::{BoardStatus, Frame, Message, Received};
 use serde::Serialize;
 
-/// Numbers of the same boot that are remembered: a frame may come this late.
+/// Numbers of the same boot that are kept: a frame may be this late.
 const MEMORY: u64 = 64;
 
-/// A sender's frames, from one on, in figures.
+/// The counts of a sender's frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FrameTally {
     /// Numbers that the sender used.
     pub sent: u64,
     /// Of these received whole, each once.
     pub received: u64,
-    /// Of these never sent: the board says that it dropped them.
+    /// Of these dropped by the board, by its own count.
     pub dropped: u64,
-    /// Of these neither: lost on the line.
+    /// Of these neither received nor dropped: lost on the line.
     pub lost: u64,
-    /// Frames that came once more.
+    /// Repeated frames.
     pub repeated: u64,
     /// Pieces of bytes that were no frame.
     pub broken: u64,
-    /// Statuses in which the board's own counts are not what its numbers say.
+    /// Statuses in which the board's own counts contradict its frame numbers.
     pub contradicted: u64,
 }
 
 /// Frames that are unaccounted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Imbalance {
-    /// The host's figures do not add up to the sender's.
+    /// The host's counts do not add up to the sender's.
     #[error(
         "{} received, {} dropped and {} lost are not {sent} sent",
         tally.received, tally.dropped, tally.lost
     )]
     Sum {
-        /// The host's figures.
+        /// The host's counts.
         tally: FrameTally,
-        /// What the sender says.
+        /// The sender's count.
         sent: u64,
     },
     /// A board counts other frames than it numbers, or fewer than arrived.
@@ -47,12 +47,12 @@ pub enum Imbalance {
 }
 
 impl FrameTally {
-    /// The sum rule: received, dropped and lost together are what the sender says it
-    /// has sent. Of a board that says so in its statuses only, `self.sent` is that: no
+    /// The sum rule: received, dropped and lost together are the frames that the sender has
+    /// sent. Of a board that reports them only in its statuses, this is `self.sent`: no
     /// status contradicts it.
     ///
     /// # Errors
-    /// [`Imbalance`] with the figures.
+    /// [`Imbalance`] with the counts.
     pub fn balance(&self, sent: u64) -> Result<(), Imbalance> {
         if self.contradicted > 0 {
             return Err(Imbalance::Contradicted(self.contradicted));
@@ -98,26 +98,23 @@ impl fmt::Display for FrameTally {
     }
 }
 
-/// Follows a sender's numbers and tells what became of its frames.
-///
-/// A board's status says how many frames it has sent and dropped since its boot, each
-/// counted where it happens, and stands in the sequence itself. Between two statuses the
-/// numbers used must be the frames sent and dropped, and the frames received leave
-/// exactly those that were lost on the line. Frames that are missing before the first
-/// status count as lost, whoever dropped them.
-///
-/// Numbers are 16 bits wide: how often they went round, the board's counts tell.
+/// Counts a sender's received, dropped and lost frames by their numbers. A board's status,
+/// itself a numbered frame, contains the counts of sent and dropped frames since its boot.
+/// Between two statuses the numbers used must be the frames sent and dropped, and the
+/// frames received leave exactly those that were lost on the line. Frames that are missing
+/// before the first status count as lost, even if the board dropped them. Numbers have 16
+/// bits; the board's counts give the number of wraps.
 #[derive(Clone, Debug, Default)]
 pub struct LossStats {
     boot_id: Option<u8>,
     begin: u64,
-    /// The number after the highest that came.
+    /// The number after the highest received one.
     next: u64,
     received: u64,
-    /// Which of the last numbers came: bit i for `next - 1 - i`.
+    /// Which of the last numbers were received: bit i for `next - 1 - i`.
     came: u64,
     dropped: u64,
-    /// Where the board's counts stood at its last status, or at its boot.
+    /// The board's counts at its last status, or at its boot.
     last: Option<SenderCounts>,
     repeated: u64,
     broken: u64,
@@ -126,7 +123,7 @@ pub struct LossStats {
     before: FrameTally,
 }
 
-/// What a board has counted in front of the frame with this number.
+/// A board's counts before the frame with this number.
 #[derive(Clone, Copy, Debug, Default)]
 struct SenderCounts {
     sent: u32,
@@ -135,14 +132,14 @@ struct SenderCounts {
 }
 
 impl LossStats {
-    /// An account that begins with the first frame that comes.
+    /// Statistics that begin with the first received frame.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// An account from a sender's boot on: its first frame has number 0, and before it
-    /// nothing was dropped.
+    /// Statistics since a sender's boot: its first frame has number 0, and nothing was
+    /// dropped before it.
     #[must_use]
     pub fn since_boot(boot_id: u8) -> Self {
         Self {
@@ -152,7 +149,7 @@ impl LossStats {
         }
     }
 
-    /// An account that begins behind this frame.
+    /// Statistics that begin after this frame.
     #[must_use]
     pub fn after(frame: &Frame) -> Self {
         let begin = u64::from(frame.sequence) + 1;
@@ -164,7 +161,7 @@ impl LossStats {
         }
     }
 
-    /// Takes what the decoder said next.
+    /// Takes the decoder's next result.
     pub fn take(&mut self, received: &Received) {
         match received {
             Received::Broken(_) => self.broken += 1,
@@ -204,7 +201,7 @@ impl LossStats {
         self.received += 1;
     }
 
-    /// Takes the board's counts of what it did before the frame that comes next.
+    /// Takes the board's counts before the next frame.
     fn settle(&mut self, board: &BoardStatus) {
         let mut mark = SenderCounts {
             sent: board.sent_frames,
@@ -224,7 +221,7 @@ impl LossStats {
                     self.go_on(more);
                     self.dropped += dropped;
                 }
-                // Which of the counts is wrong is not known: none of them is taken.
+                // One of the counts is wrong, and it is unknown which: none of them is taken.
                 None => self.contradicted += 1,
             }
             mark.number = self.next;
@@ -238,8 +235,8 @@ impl LossStats {
         self.came = self.came.checked_shl(shift).unwrap_or(0);
     }
 
-    /// Closes the account of a sender that says how many frames it has sent since the
-    /// account began: those behind the last that came are lost too.
+    /// Closes the statistics with the number of frames that the sender has sent since they
+    /// began: those after the last received one are lost too.
     pub fn close(&mut self, sent: u64) {
         let end = self.begin + sent;
         if end > self.next {
@@ -247,7 +244,7 @@ impl LossStats {
         }
     }
 
-    /// The account so far, over all boots.
+    /// The statistics so far, over all boots.
     #[must_use]
     pub fn tally(&self) -> FrameTally {
         let sent = self.next - self.begin;
@@ -302,11 +299,11 @@ mod tests {
     }
 
     fn tally(received: impl IntoIterator<Item = Received>) -> [u64; 5] {
-        let mut account = LossStats::new();
+        let mut loss_stats = LossStats::new();
         for received in received {
-            account.take(&received);
+            loss_stats.take(&received);
         }
-        let tally = account.tally();
+        let tally = loss_stats.tally();
         assert_eq!(tally.balance(tally.sent), Ok(()));
         [
             tally.sent,
@@ -337,11 +334,11 @@ mod tests {
     #[test]
     fn a_board_that_counts_other_frames_than_it_numbers_is_named() {
         let contradicted = |second: Received| {
-            let mut account = LossStats::since_boot(3);
+            let mut loss_stats = LossStats::since_boot(3);
             for received in [hello(0), hello(1), status_with(2, 2, 0), second] {
-                account.take(&received);
+                loss_stats.take(&received);
             }
-            let tally = account.tally();
+            let tally = loss_stats.tally();
             assert_eq!(tally.balance(tally.sent).is_err(), tally.contradicted > 0);
             tally.contradicted
         };
@@ -370,12 +367,12 @@ mod tests {
     }
 
     #[test]
-    fn an_account_since_boot_knows_what_is_lost_at_both_ends() {
-        let mut account = LossStats::since_boot(3);
-        account.take(&Received::Broken(FrameError::BadChecksum));
-        account.take(&hello(2));
-        account.close(10);
-        let tally = account.tally();
+    fn loss_stats_since_boot_include_losses_at_both_ends() {
+        let mut loss_stats = LossStats::since_boot(3);
+        loss_stats.take(&Received::Broken(FrameError::BadChecksum));
+        loss_stats.take(&hello(2));
+        loss_stats.close(10);
+        let tally = loss_stats.tally();
         assert_eq!((tally.received, tally.lost, tally.broken), (1, 9, 1));
         assert_eq!(tally.balance(10), Ok(()));
         let error = tally.balance(11).unwrap_err();

@@ -1,11 +1,11 @@
 //! Boards at the other end of a byte stream: a serial port, the flash image in QEMU, a
-//! terminal in memory.
+//! device endpoint in memory.
 //!
 //! All three are a [`Board`]: bytes out, bytes in. [`drive`] feeds one in lock-step,
-//! [`Comparison`] compares its answers with the host's own run. [`record`] records a
-//! robot that reads its own sensors, [`measure_offsets`] has it measure their offsets. A
-//! [`FaultInjector`] disturbs the bytes of a transport, and [`LossStats`] count what became
-//! of every frame.
+//! [`Comparison`] compares its answers with the host's own run. [`record`] records a robot
+//! that reads its own sensors, [`measure_offsets`] has it measure their offsets. A
+//! [`FaultInjector`] disturbs the bytes of a transport, and [`LossStats`] count received,
+//! dropped and lost frames.
 
 mod baud_check;
 mod board;
@@ -55,7 +55,7 @@ pub use loss_stats::{FrameTally, Imbalance, LossStats};
 pub use offsets::{measure_offsets, offsets_in_words};
 pub use post_mortem::post_mortem_in_words;
 pub use qemu::QemuOptions;
-pub use record::{MOST_RESETS, News, RecordError, record};
+pub use record::{MOST_RESETS, RecordError, RecordingEvent, record};
 pub use recording_parts::RecordingParts;
 pub use replay::{
     KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, replay_on_board, replay_on_host,

@@ -1,4 +1,4 @@
-//! The sensors' offsets: having a board measure them, and saying what it says.
+//! Measures the sensors' offsets with a board and formats its report.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -12,11 +12,9 @@ use super::{Board, LinkError, drive};
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Has a greeted board measure its sensors' offsets; `None` when no measurement was
-/// reported within five seconds.
-///
-/// A board without trusted sensors says so, sensor by sensor. A report that neither holds
-/// measured offsets nor refuses a sensor, such as that of the memory's offsets after a
-/// start, is of no measurement and is passed over.
+/// reported within five seconds. The report of a board without working sensors refuses each
+/// sensor. A report that neither holds measured offsets nor refuses a sensor, such as that
+/// of the memory's offsets after a start, is no measurement and is skipped.
 ///
 /// # Errors
 /// [`LinkError::NoAnswer`], [`LinkError::Refused`], [`LinkError::Restarted`]; a broken
@@ -51,8 +49,8 @@ fn is_of_a_measurement(report: &OffsetReport) -> bool {
     report.offsets.origin == OffsetOrigin::Measured || report.refused.iter().any(Option::is_some)
 }
 
-/// The offsets in use, where they come from, and each sensor that was refused, a line
-/// each, the last without its end.
+/// The offsets in use, their origin, and each refused sensor on a line of its own; the last
+/// line has no line end.
 #[must_use]
 pub fn offsets_in_words(report: &OffsetReport) -> String {
     let counts = report.offsets.counts.map(|count| count.to_string());

@@ -1,10 +1,10 @@
-//! Saying how a board's last life ended.
+//! The text about the end of a board's last boot.
 
 use amiro_ipf::board::supervision::PostMortem;
 
 use crate::escape::whole_escaped;
 
-/// How a life ended, in a line; what a board sends as text is escaped.
+/// How a boot ended, in one line; text from the board is escaped.
 #[must_use]
 pub fn post_mortem_in_words(record: &PostMortem) -> String {
     let age_s = f64::from(record.uptime_ms) * 1e-3;

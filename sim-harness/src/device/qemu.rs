@@ -21,7 +21,7 @@ const RAM_SIZE: usize = 128 * 1024;
 /// How the emulator is run.
 #[derive(Clone, Debug, Default)]
 pub struct QemuOptions {
-    /// Count one instruction a nanosecond, so that cycle figures are instructions.
+    /// Count one instruction per nanosecond, so that cycle counts are instructions.
     pub count_instructions: bool,
     /// With counted instructions: do not wait while the core waits for an interrupt. The
     /// board's time then runs ahead of the host's.
@@ -33,9 +33,9 @@ pub struct QemuOptions {
     /// Flash this boot loader in front of the image, which must be linked for
     /// [`Layout::Amiro`]. At most 32 KiB; the core starts in it.
     pub boot_loader: Option<Vec<u8>>,
-    /// Lead the serial line to a socket and not to pipes: a host can then hang up and
-    /// call again, and what the board says meanwhile is lost, as on a real line. A pipe
-    /// that nobody reads would stop the emulator.
+    /// Connect the serial line to a socket and not to pipes: a host can then close and
+    /// reopen the link, and frames of the time between are lost, as on a real line. A pipe
+    /// without a reader would stop the emulator.
     pub can_disconnect: bool,
     /// Listen on this Unix socket for a debugger.
     pub debugger: Option<PathBuf>,
@@ -168,13 +168,13 @@ struct Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // It may have ended by itself; either way it is waited for.
+        // It may have ended by itself; the wait collects its exit status.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// A place for a file that no other emulator uses.
+/// A path for a file that no other emulator uses.
 fn scratch_path(kind: &str) -> PathBuf {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -199,7 +199,7 @@ impl ScratchFile {
 
 impl Drop for ScratchFile {
     fn drop(&mut self) {
-        // Nothing depends on its being gone.
+        // A file that stays does no harm.
         let _ = std::fs::remove_file(&self.path);
     }
 }

@@ -15,7 +15,7 @@ pub(super) struct RawBytes {
 }
 
 impl RawBytes {
-    /// Drops what there is and keeps nothing until [`resume`](Self::resume).
+    /// Drops all bytes and keeps none until [`resume`](Self::resume).
     pub(super) fn pause(&mut self) {
         *self = Self {
             is_paused: true,
@@ -23,7 +23,7 @@ impl RawBytes {
         };
     }
 
-    /// Keeps what comes from now on.
+    /// Keeps bytes from now on.
     pub(super) fn resume(&mut self) {
         self.is_paused = false;
     }

@@ -10,7 +10,7 @@ use super::board::ANSWER_DEADLINE;
 use super::{Board, LinkError};
 use crate::log::RecordingWriter;
 
-/// How long a board that has said nothing may stay silent: it says how it is at 8 Hz.
+/// Longest silence of a board, which sends its status at 8 Hz.
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// How long after a link was lost it is first opened again; then twice as long, and so
@@ -18,10 +18,10 @@ const SILENCE: Duration = Duration::from_secs(2);
 const FIRST_RETRY: Duration = Duration::from_millis(200);
 const LONGEST_RETRY: Duration = Duration::from_secs(5);
 
-/// How long `wanted` is not asked whether to go on, at most.
+/// Longest time between two calls of `wanted`.
 const ASKED_EVERY: Duration = Duration::from_millis(100);
 
-/// Resets after which a recording ends: a board that is reset as often does not work.
+/// Resets after which a recording ends: such a board does not work.
 pub const MOST_RESETS: u32 = 100;
 
 /// Shortest time from the begin of one part to that of the next.
@@ -41,34 +41,35 @@ pub enum RecordError {
     TooManyResets,
 }
 
-/// What happens while a board is recorded.
+/// What happens during a recording.
 #[derive(Debug)]
-pub enum News<'a> {
-    /// The board said something.
+pub enum RecordingEvent<'a> {
+    /// A message of the board.
     Message(&'a Message),
     /// The link is gone, and why; it is being opened again.
     Vanished(&'a LinkError),
     /// The board sent an input of its own, such as a reading.
     Input(&'a Input),
-    /// Nothing came for a tenth of a second.
+    /// Nothing was received for a tenth of a second.
     Waiting,
     /// The link is still gone.
     Away,
     /// The link is back.
     Back,
-    /// The board started anew: its next words go to this part, counted from 1. The part
-    /// is opened when the board has taken its configuration again.
+    /// The board was reset: its next frames go to this part, counted from 1. The part is
+    /// opened when the board has taken its configuration again.
     Restarted {
         /// The part that begins.
         part: u32,
     },
-    /// The board's steps took too long: it goes on with so many particles a sensor.
+    /// The board's steps took too long: it continues with fewer particles per sensor.
     Limited {
         /// How many.
         particles_per_sensor: u16,
     },
-    /// More than half of what comes is no frame: a wrong baud rate? At most once.
-    Junk,
+    /// More than half of the received bytes are no frames, perhaps because of a wrong baud
+    /// rate. At most once.
+    MostlyNoise,
     /// The board has sent nothing for two seconds: the recording ends.
     Silent,
 }
@@ -77,40 +78,39 @@ pub enum News<'a> {
 enum PartEnd {
     /// Enough was recorded.
     Enough,
-    /// The board started anew.
+    /// The board was reset.
     Restarted,
 }
 
-/// Starts a greeted board with a configuration, its own sensors as the source, and
-/// writes whatever it says until `wanted` says that it is enough, or the board's
-/// [`Interrupt`](super::Interrupt) does. The number of parts.
+/// Starts a greeted board with a configuration, its own sensors as the source, and writes
+/// its frames until `wanted` returns `false` or the board's [`Interrupt`](super::Interrupt)
+/// is requested. Returns the number of parts.
 ///
-/// Each part begins with the configuration and holds what the board says from then on,
-/// so that it replays as any other recording: who it is and how its life before ended, in
-/// answer to another greeting, and the readings that it takes. `open` opens each, counted
-/// from 1, once the board has taken its configuration: a board that refuses it leaves no
-/// file. There is one part for each boot of the board, since what a board knew is gone
-/// with its reset; from the begin of one to that of the next it takes a second or more.
-/// Parts are flushed at every status, eight times a second: that much is lost when the
-/// host dies. `wanted` sees all news, and is asked ten times a second at least.
-///
-/// What comes is written and not kept; of bytes that are no frame, 512 of each piece
+/// Each part begins with the configuration and holds the board's frames from then on, so
+/// that it replays as any other recording: its boot and post-mortem messages, in answer to
+/// another greeting, and its readings. `open` opens each, counted from 1, once the board
+/// has taken its configuration: a board that refuses it leaves no file. There is one part
+/// per boot of the board, because a reset loses its state; parts begin at least a second
+/// apart. Parts are flushed at every status, eight times per second, so a failure of the
+/// host loses at most that much. `wanted` gets all events, at least ten per second.
+/// Received bytes are written and not kept; of bytes that are no frame, 512 of each piece
 /// between two zero bytes.
 ///
 /// A link that goes away is opened again after 0.2 s, 0.4 s and so on up to every 5 s,
-/// without end. The board has gone on meanwhile: what it said is lost and shows as a
-/// gap in its numbers.
+/// without end. The board keeps running meanwhile: its frames are lost and leave a gap in
+/// its numbers.
 ///
 /// # Errors
 /// [`LinkError::Silent`] when a board that was never recorded sends nothing for two seconds
 /// over a link that is there; after a frame of its drive the recording ends without an
-/// error. A board that refuses the configuration or does not answer, or an interrupt before it did;
-/// a file that fails; [`RecordError::TooManyResets`]. What was written before is whole.
+/// error. A board that refuses the configuration or does not answer, or an interrupt before
+/// it did; a file that fails; [`RecordError::TooManyResets`]. What was written before is
+/// whole.
 pub fn record<W: Write>(
     board: &mut Board,
     config: &Config,
     open: impl FnMut(u32) -> std::io::Result<W>,
-    wanted: impl FnMut(News<'_>) -> bool,
+    wanted: impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<u32, RecordError> {
     record_at_pace(board, config, SHORTEST_PART, open, wanted)
 }
@@ -120,7 +120,7 @@ fn record_at_pace<W: Write>(
     config: &Config,
     shortest_part: Duration,
     mut open: impl FnMut(u32) -> std::io::Result<W>,
-    mut wanted: impl FnMut(News<'_>) -> bool,
+    mut wanted: impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<u32, RecordError> {
     let own = Config {
         source: Source::Board,
@@ -139,20 +139,20 @@ fn record_at_pace<W: Write>(
         if let Some(frames) = frames {
             let mut writer = RecordingWriter::new(open(part)?)?;
             let ended = record_part(board, &start, &frames, &mut writer, &mut wanted);
-            // Whatever ended it: what came is kept.
+            // The bytes so far are kept, also after an error.
             writer.finish()?;
             match ended? {
                 PartEnd::Enough => return Ok(part),
                 PartEnd::Restarted => part += 1,
             }
-            if !wanted(News::Restarted { part }) {
+            if !wanted(RecordingEvent::Restarted { part }) {
                 return Ok(part - 1);
             }
         }
         while Instant::now() < next_part {
             let rest = next_part.saturating_duration_since(Instant::now());
             std::thread::sleep(rest.min(ASKED_EVERY));
-            if board.is_interrupted() || !wanted(News::Waiting) {
+            if board.is_interrupted() || !wanted(RecordingEvent::Waiting) {
                 return Ok(part - 1);
             }
         }
@@ -176,12 +176,12 @@ fn record_part(
     start: &Input,
     configured: &[u8],
     writer: &mut RecordingWriter<impl Write>,
-    wanted: &mut impl FnMut(News<'_>) -> bool,
+    wanted: &mut impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> Result<PartEnd, RecordError> {
     writer.write_input(start)?;
     writer.write_frames(configured)?;
     writer.flush()?;
-    // Who it is and how its life before ended is said in answer: it is part of the record.
+    // The answer contains the boot and post-mortem messages, which are part of the recording.
     board.send(&Message::Hello)?;
     let mut uptime_ms = 0;
     let mut silent_at = Instant::now() + SILENCE;
@@ -193,20 +193,20 @@ fn record_part(
             Ok(None) => {
                 writer.write_frames(&board.take_whole_raw())?;
                 let is_silent = Instant::now() >= silent_at;
-                if is_silent && board.receives_junk() {
+                if is_silent && board.receives_noise() {
                     silent_at = Instant::now() + SILENCE;
                 } else if is_silent && has_recorded {
-                    wanted(News::Silent);
+                    wanted(RecordingEvent::Silent);
                     return Ok(PartEnd::Enough);
                 } else if is_silent {
                     return Err(LinkError::Silent.into());
                 }
-                let news = if board.take_junk() {
-                    News::Junk
+                let event = if board.take_baud_warning() {
+                    RecordingEvent::MostlyNoise
                 } else {
-                    News::Waiting
+                    RecordingEvent::Waiting
                 };
-                if wanted(news) {
+                if wanted(event) {
                     continue;
                 }
                 return Ok(PartEnd::Enough);
@@ -227,35 +227,34 @@ fn record_part(
         }
         writer.write_frames(&board.take_raw())?;
         has_recorded |= is_of_the_drive(&frame.message);
-        if board.take_junk() && !wanted(News::Junk) {
+        if board.take_baud_warning() && !wanted(RecordingEvent::MostlyNoise) {
             return Ok(PartEnd::Enough);
         }
         if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
-        if !wanted(news_of(&frame.message)) {
+        if !wanted(recording_event(&frame.message)) {
             return Ok(PartEnd::Enough);
         }
     }
 }
 
 /// What the caller gets of a frame.
-fn news_of(message: &Message) -> News<'_> {
+fn recording_event(message: &Message) -> RecordingEvent<'_> {
     match message {
         Message::Input(Input::Limit {
             particles_per_sensor,
-        }) => News::Limited {
+        }) => RecordingEvent::Limited {
             particles_per_sensor: *particles_per_sensor,
         },
-        Message::Input(input) => News::Input(input),
-        Message::Hello | Message::Calibrate | Message::Truth(_) => News::Waiting,
-        message => News::Message(message),
+        Message::Input(input) => RecordingEvent::Input(input),
+        Message::Hello | Message::Calibrate | Message::Truth(_) => RecordingEvent::Waiting,
+        message => RecordingEvent::Message(message),
     }
 }
 
-/// Configures the board; its frames from the one on that says that it is.
-///
-/// What it said before belongs to the run that it was amid.
+/// Configures the board; returns its frames from `Configured` on.
+/// Earlier frames belong to the board's earlier run.
 fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
     let sequence = board.send(start)?;
     let deadline = Instant::now() + ANSWER_DEADLINE;
@@ -291,8 +290,8 @@ fn is_of_the_drive(message: &Message) -> bool {
     )
 }
 
-/// Whether the board was reset since it was greeted: its boot id says so, or, should
-/// two boots share one, a clock that went back.
+/// Whether the board was reset since it was greeted: by its boot id or, if two boots share
+/// one, by a clock that went back.
 fn is_of_another_boot(board: &Board, frame: &Frame, uptime_ms: &mut u64) -> bool {
     let mut went_back = false;
     if let Message::Status(status) = &frame.message {
@@ -306,13 +305,13 @@ fn is_gone(error: &LinkError) -> bool {
     matches!(error, LinkError::Gone | LinkError::Write(_))
 }
 
-/// Opens the link again, however long it takes; `false` when that is not wanted.
+/// Opens the link again without a time limit; `false` when `wanted` ends it.
 fn reconnect(
     board: &mut Board,
     error: &LinkError,
-    wanted: &mut impl FnMut(News<'_>) -> bool,
+    wanted: &mut impl FnMut(RecordingEvent<'_>) -> bool,
 ) -> bool {
-    let mut goes_on = !board.is_interrupted() && wanted(News::Vanished(error));
+    let mut goes_on = !board.is_interrupted() && wanted(RecordingEvent::Vanished(error));
     board.disconnect();
     let mut pause = FIRST_RETRY;
     while goes_on {
@@ -320,10 +319,10 @@ fn reconnect(
         while goes_on && Instant::now() < next {
             let rest = next.saturating_duration_since(Instant::now());
             std::thread::sleep(rest.min(ASKED_EVERY));
-            goes_on = !board.is_interrupted() && wanted(News::Away);
+            goes_on = !board.is_interrupted() && wanted(RecordingEvent::Away);
         }
         if goes_on && board.reconnect().is_ok() {
-            return wanted(News::Back);
+            return wanted(RecordingEvent::Back);
         }
         pause = (2 * pause).min(LONGEST_RETRY);
     }
@@ -420,7 +419,7 @@ mod tests {
             opened.push(start.elapsed());
             Ok(std::io::sink())
         };
-        let wanted = |_: News<'_>| start.elapsed() < Duration::from_millis(2500);
+        let wanted = |_: RecordingEvent<'_>| start.elapsed() < Duration::from_millis(2500);
         record(&mut board, &Config::default(), open, wanted).unwrap();
         assert!((1..=3).contains(&opened.len()), "{opened:?}");
     }

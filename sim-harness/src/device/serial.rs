@@ -8,7 +8,7 @@ impl Board {
     /// Opens a serial port, 8N1 at the given speed; again, when its device went away.
     ///
     /// # Errors
-    /// [`LinkError::Start`] with the port's name and what the system said.
+    /// [`LinkError::Start`] with the port's name and the system's error.
     pub fn on_port(name: &str, baud: u32) -> Result<Self, LinkError> {
         let name = name.to_owned();
         let open = move || {
@@ -17,7 +17,7 @@ impl Board {
                 .timeout(Duration::from_millis(50))
                 .open()
                 .map_err(failed)?;
-            // What arrived before this session is of an earlier one.
+            // Bytes from before this session belong to an earlier one.
             port.clear(serialport::ClearBuffer::Input).map_err(failed)?;
             let reader = port.try_clone().map_err(failed)?;
             let ends: Ends = (Box::new(reader), Box::new(port));

@@ -58,7 +58,7 @@ pub type Ends = (Box<dyn Read + Send>, Box<dyn Write + Send>);
 /// How a link is opened again.
 pub(super) type Opener = Box<dyn FnMut() -> Result<Ends, LinkError> + Send>;
 
-/// Reads until the stream ends or nobody listens any more.
+/// Reads until the stream ends or the receiver is dropped.
 fn pump(reader: &mut impl Read, sender: &SyncSender<Vec<u8>>) {
     let mut buffer = [0; 4096];
     loop {

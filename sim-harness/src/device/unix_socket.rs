@@ -1,4 +1,4 @@
-//! A line to an emulator on which a host can hang up and call again: a Unix socket.
+//! A line to an emulator that a host can close and reopen: a Unix socket.
 
 use std::io::Write;
 use std::net::Shutdown;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::{Ends, LinkError};
 
-/// Calls at the emulator's socket, which needs a moment to be there.
+/// Connects to the emulator's socket, which may take a moment to exist.
 pub(super) fn connect(line: &Path) -> Result<Ends, LinkError> {
     let deadline = Instant::now() + Duration::from_secs(5);
     let failed = |error: std::io::Error| LinkError::Start(format!("{}: {error}", line.display()));

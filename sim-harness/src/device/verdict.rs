@@ -1,4 +1,4 @@
-//! What a comparison of two runs found.
+//! The result of a comparison of two runs.
 
 use std::fmt;
 
@@ -8,13 +8,13 @@ use std::fmt;
 pub enum Equality {
     /// Everything was compared and equal.
     Equal,
-    /// All digests and everything that came are equal; particle messages were lost.
+    /// All digests and all received messages are equal; particle messages were lost.
     ParticlesLost,
     /// Something differs, is missing or was too many.
     Different,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Verdict {
     /// Whether the runs are equal.
@@ -33,7 +33,7 @@ pub struct Verdict {
     pub particle_messages: usize,
     /// Particle outcomes in them.
     pub particles: usize,
-    /// Particle messages of the host's run that did not come.
+    /// Particle messages of the host's run that are missing.
     pub particle_messages_lost: u64,
     /// Steps that the host computed.
     pub expected_steps: usize,

@@ -1,4 +1,4 @@
-//! Records of what a node reported: the one place at which its events become records.
+//! Translates a node's events into records; no other code does.
 
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
@@ -95,7 +95,7 @@ pub(crate) fn scan_records(
     [pose, Record::Scan(scan)]
 }
 
-/// The ranges that samples of infrared sensors stand for.
+/// The returns of infrared samples.
 fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
     let measured = |sample: &Sample| match photometry.read(*sample) {
         Reading::Range(echo) => Return::Echo {

@@ -1,12 +1,10 @@
-//! Which poses are far enough apart to be mapped.
+//! Selects poses that are far enough apart to be mapped.
 
 use crate::geometry::Pose2;
 
 /// Keeps the first pose, and each that has moved or turned far enough since the last one
-/// that was kept.
-///
-/// A robot that stands still repeats its readings; counted again each time they would
-/// outweigh all others.
+/// that was kept. A robot that stands still repeats its readings; if all were counted, they
+/// would outweigh all others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframes {
     distance_m: f64,
@@ -15,7 +13,7 @@ pub struct Keyframes {
 }
 
 impl Keyframes {
-    /// Keyframes at least so many metres or radians apart; with 0 and 0 every pose is one.
+    /// Keyframes at least the given metres or radians apart; with 0 and 0 every pose is one.
     #[must_use]
     pub const fn new(distance_m: f64, turn_rad: f64) -> Self {
         Self {
@@ -25,7 +23,7 @@ impl Keyframes {
         }
     }
 
-    /// Whether a pose is a keyframe; the next ones are held against it then.
+    /// Whether a pose is a keyframe; if so, the next poses are compared with it.
     pub fn take(&mut self, pose: &Pose2) -> bool {
         let is_keyframe = self.last.is_none_or(|last| {
             (pose.position - last.position).norm() >= self.distance_m

@@ -7,7 +7,7 @@ use crate::geometry::{Pose2, Vector};
 /// One row of a drive, in SI units; stamps are microseconds from the drive's first row.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
-    /// Where the robot is, by the pose source that was asked for.
+    /// The robot's pose, by the selected pose source.
     Pose {
         /// When, microseconds.
         stamp_us: u64,
@@ -19,9 +19,9 @@ pub enum Record {
         /// When, microseconds.
         stamp_us: u64,
     },
-    /// What sensors returned at one instant.
+    /// The returns of sensors at one instant.
     Scan(RangeScan),
-    /// What an inverse particle filter found, on a board or on the host.
+    /// The outcomes of an inverse particle filter, on a board or on the host.
     Outcomes(Vec<PointOutcome>),
 }
 
@@ -52,7 +52,7 @@ pub struct RangeScan {
     pub returns: Vec<Return>,
 }
 
-/// What a sensor returned.
+/// One return of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Return {
     /// The nearest surface.

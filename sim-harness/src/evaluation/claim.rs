@@ -49,7 +49,7 @@ pub enum Relation {
     AtLeast,
 }
 
-/// A claim and what was measured.
+/// A claim and the measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimVerdict {
     /// The claim.

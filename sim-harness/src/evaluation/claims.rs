@@ -8,7 +8,7 @@ use crate::mapping::Method;
 /// The file, in the program itself: `evaluate --check` works in any folder.
 const TEXT: &str = include_str!("../../../scenarios/claims.toml");
 
-/// What a comparison is judged by.
+/// The claims and thresholds that judge a comparison.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(from = "File")]
 pub struct Claims {
@@ -24,7 +24,7 @@ impl Claims {
     /// The claims that ship.
     ///
     /// # Errors
-    /// The line of the file that is no claim; a test holds that there is none.
+    /// The line of the file that is no claim; a test proves that there is none.
     pub fn built_in() -> Result<Self, toml::de::Error> {
         toml::from_str(TEXT)
     }

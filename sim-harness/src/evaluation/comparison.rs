@@ -14,7 +14,7 @@ use crate::rig::Rig;
 use crate::world::{Options, Scenario, simulate_with};
 use crate::{RunError, RunOutcome, pipeline};
 
-/// What is to be compared on what.
+/// The methods to compare, and the drives to compare them on.
 #[derive(Clone, Debug)]
 pub struct MethodComparison {
     /// The worlds and drives.
@@ -25,9 +25,9 @@ pub struct MethodComparison {
     pub seeds: Range<u64>,
     /// Particles for each sensor in use.
     pub particles_per_sensor: u16,
-    /// In what the drives differ from the filter's model.
+    /// Differences of the drives from the filter's model.
     pub options: Options,
-    /// Gain that filters and ISM believe in, counts m^2; `None` is the sensor's own.
+    /// Gain of the filters' and the ISM's model, counts m^2; `None` is the sensor's own.
     pub alpha_counts_m2: Option<f32>,
     /// Whether the robot's footprint is free in every method's map; not so in the paper.
     pub footprint: bool,
@@ -59,7 +59,7 @@ pub enum ComparisonError {
         /// Why.
         source: RunError,
     },
-    /// A filter refused readings of its own simulation: the maps would not compare.
+    /// A filter refused readings of its own simulation: the maps are not comparable.
     #[error("{scenario}, seed {seed}: {refused} inputs refused")]
     Refused {
         /// The scenario's name.
@@ -157,7 +157,7 @@ impl MethodComparison {
         self.methods.iter().map(trial).collect()
     }
 
-    /// What a filter with a profile is configured with.
+    /// The configuration of a filter with a profile.
     fn config(&self, scenario: &Scenario, seed: u64, profile: Profile) -> Config {
         let mut config = Config {
             seed,

@@ -1,4 +1,4 @@
-//! How good the map of a drive is, at its end and on the way.
+//! The scores of a drive's map, at its end and during the drive.
 
 use super::{OpeningScores, Scores, Truth};
 use crate::drive::Record;
@@ -117,7 +117,7 @@ impl<'s> DriveJudge<'s> {
         }
     }
 
-    /// Judges the map after a step, as far as something is due.
+    /// Judges the map after a step, where a judgement is due.
     fn end_step(&mut self, mapper: &dyn Mapper) {
         let steps = self.steps;
         let Some(pose) = steps.checked_sub(1).and_then(|last| self.poses.get(last)) else {
@@ -147,7 +147,7 @@ impl<'s> DriveJudge<'s> {
     }
 }
 
-/// The count of steps after which the driven way is nearest to a distance.
+/// Number of steps after which the driven path length is nearest to a distance.
 ///
 /// Nearest, not first beyond: a step falls on the first sample at or past its
 /// distance, and rounding decides whether the last one of a leg is this sample or the

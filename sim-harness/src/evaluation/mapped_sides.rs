@@ -7,7 +7,7 @@ use crate::world::Vector;
 /// beside the hull to well within the range of any sensor.
 const ASIDE_CM: core::ops::RangeInclusive<u8> = 6..=15;
 
-/// Whether a map knows a cell straight beside an end of a path's segment, on one side.
+/// Whether a map has a known cell straight beside an end of a path's segment, on one side.
 pub(super) fn is_mapped(map: &Map, path: &[Vector], segment: usize, is_left: bool) -> bool {
     let (Some(&from), Some(&to)) = (path.get(segment), path.get(segment + 1)) else {
         return false;

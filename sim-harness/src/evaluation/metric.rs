@@ -10,7 +10,7 @@ use super::DriveScores;
 pub enum Metric {
     /// Overall error of the final map at its best expansion.
     Oe,
-    /// Overall error of the final map with the walls as they are.
+    /// Overall error of the final map without wall expansion.
     OePlain,
     /// Overall error, mean over eight snapshots.
     OePathMean,

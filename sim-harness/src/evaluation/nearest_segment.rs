@@ -1,4 +1,4 @@
-//! The segment of a path that is nearest to a place, found without looking at all of them.
+//! A search tree for the segment of a path that is nearest to a place.
 
 use crate::world::Vector;
 

@@ -1,4 +1,4 @@
-//! Whether a map leaves a passage open: what stands in it falsely, and its frontier.
+//! Whether a map leaves a passage open: its falsely occupied cells and its frontier.
 
 use std::collections::BTreeSet;
 
@@ -8,8 +8,8 @@ use crate::lattice::Cell;
 use crate::mapping::{Map, Occupancy};
 use crate::world::{Rectangle, Vector};
 
-/// The robot's footprint about its centre, metres: hull and a cell. It stands there,
-/// so it counts as free whatever the map says.
+/// The robot's footprint about its centre, metres: hull and a cell. The space is free, so
+/// it counts as free in every map.
 const FOOTPRINT_M: f64 = 0.060;
 /// Rounding that is forgiven at edges.
 const ROUNDING_M: f64 = 1e-9;
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_footprint_is_free_whatever_the_map_says() {
+    fn the_footprint_is_free_whatever_the_map_contains() {
         let passage = Rectangle {
             min: Vector::new(0.04, 0.04),
             max: Vector::new(0.14, 0.14),

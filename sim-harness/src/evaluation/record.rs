@@ -1,4 +1,4 @@
-//! A trial as files have it.
+//! The record of a trial in a file.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::{DriveScores, Trial};
 /// A drive's scores as a file has them: one flat object, `null` for what is undefined.
 ///
 /// Of several openings the falsely occupied cells are summed and the frontier cells
-/// are those of the one with the fewest: the worse way for a filter, both times.
+/// are those of the one with the fewest: each time the worse value for a filter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScoreRecord {
     oe: Option<f64>,

@@ -1,4 +1,4 @@
-//! A map's scores against the truth; never one figure alone.
+//! A map's scores against the truth, always several together.
 
 use core::fmt;
 
@@ -18,8 +18,7 @@ const RECALL_M: f64 = 0.015;
 const ROUNDING_M: f64 = 1e-9;
 
 /// How good a map is.
-///
-/// A low overall error alone says nothing: a map that is free everywhere has one. The
+/// A low overall error alone is no evidence: a map that is free everywhere has one. The
 /// rates show whether walls were found, recall whether their surfaces were, coverage
 /// how much was decided at all. A ratio is `None` where its denominator is zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -29,7 +28,7 @@ pub struct Scores {
     pub oe: Option<f64>,
     /// The expansion with the least overall error, the smallest of equals, metres.
     pub best_expansion_m: f64,
-    /// Overall error with the walls as they are.
+    /// Overall error without wall expansion.
     pub oe_unexpanded: Option<f64>,
     /// True positive rate at the best expansion: share of the classified wall cells
     /// that are occupied.
@@ -47,8 +46,8 @@ pub struct Scores {
     pub cells: u64,
     /// Cells within the judged rectangle that are not classified.
     pub unknown: u64,
-    /// Updates of cells that were refused because the map would exceed the limit; above zero, the map is cut
-    /// and all figures are those of the part that is there.
+    /// Updates of cells that were refused because the map would exceed the limit; above
+    /// zero, the map is cut and all scores are those of the part in the map.
     pub cells_refused: u64,
 }
 
@@ -94,7 +93,7 @@ fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// What the figures of a map are, in lines of their own.
+/// The meaning of a map's scores, one line each.
 pub const SCORES_IN_WORDS: &str = "\
 OE: overall error, the share of the classified cells that are wrong. Cells within 0 to 25 mm of
     a shape are wall; the expansion with the least error is taken, map by map, as in the paper.
@@ -199,7 +198,7 @@ fn coverage(map: &Map, truth: &Truth) -> Option<f64> {
     ratio(classified.count() as u64, truth.visible_free().len() as u64)
 }
 
-/// One line of fixed columns: lines of several maps stand under each other.
+/// One line of fixed columns, which align over several maps.
 impl fmt::Display for Scores {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let figure = |value, decimals| Number { value, decimals };
@@ -318,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_map_has_no_ratios_and_says_so() {
+    fn an_empty_map_has_no_ratios() {
         let scores = Scores::of(&Map::unknown(0.01), &truth());
         assert_eq!((scores.oe, scores.tpr, scores.j), (None, None, None));
         close(scores.coverage, 0.0);

@@ -1,4 +1,4 @@
-//! What a broken sensor costs a map.
+//! The effect of a broken sensor on a map.
 
 use core::fmt;
 use core::ops::Range;
@@ -21,12 +21,12 @@ pub enum SensorBreak {
     Dead,
     /// Its register is full.
     Saturated,
-    /// It measures the same again and again.
+    /// It repeats the same value.
     Stuck,
 }
 
 impl SensorBreak {
-    /// All of them.
+    /// All breaks.
     pub const ALL: [Self; 3] = [Self::Dead, Self::Saturated, Self::Stuck];
 
     /// The most overall error that it may cost, as a share.
@@ -59,9 +59,8 @@ impl fmt::Display for SensorBreak {
     }
 }
 
-/// Drives of a robot, each without a fault and with every trouble of one sensor.
-///
-/// Which sensor goes with the seed: eight seeds in a row break each once.
+/// Drives of a robot, each without a fault and with every break of one sensor.
+/// The sensor depends on the seed: eight seeds in a row break each sensor once.
 #[derive(Clone, Debug)]
 pub struct SensorFaultTrials {
     /// The worlds and drives.
@@ -74,18 +73,18 @@ pub struct SensorFaultTrials {
     pub particles_per_sensor: u16,
 }
 
-/// One scenario and profile, without trouble or with one: figures over the seeds.
+/// One scenario and profile, with one break or none: statistics over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorFaultRow {
     /// The scenario's name.
     pub scenario: String,
     /// The filter.
     pub profile: Profile,
-    /// What was broken; `None` for nothing.
-    pub trouble: Option<SensorBreak>,
+    /// The break; `None` for no fault.
+    pub sensor_break: Option<SensorBreak>,
     /// Overall error at the best wall expansion.
     pub oe: MeanStd,
-    /// Overall error with the walls as they are.
+    /// Overall error without wall expansion.
     pub oe_unexpanded: MeanStd,
     /// True positive rate.
     pub tpr: MeanStd,
@@ -95,28 +94,28 @@ pub struct SensorFaultRow {
     pub surface_recall: MeanStd,
     /// Share of the visible free space that is classified.
     pub coverage: MeanStd,
-    /// Overall error less that of the same drive without trouble.
+    /// Overall error less that of the same drive without a break.
     pub loss: MeanStd,
     /// The largest of these, and its seed.
     pub worst: Option<(f64, u64)>,
 }
 
 impl SensorFaultRow {
-    /// Whether the trouble costs no drive more than it may.
+    /// Whether no drive loses more than the break's limit.
     #[must_use]
     pub fn holds(&self) -> bool {
-        self.trouble.is_none_or(|trouble| {
-            let most = trouble.most_loss();
+        self.sensor_break.is_none_or(|sensor_break| {
+            let most = sensor_break.most_loss();
             self.worst.is_some_and(|(loss, _)| loss <= most)
         })
     }
 }
 
-/// Scores of one drive by trouble; the first is without.
+/// Scores of one drive by break; the first is without.
 type BreakScores = [Scores; 1 + SensorBreak::ALL.len()];
 
 impl SensorFaultTrials {
-    /// Drives and maps everything: by scenario, then profile, then trouble.
+    /// Drives and maps everything: by scenario, then profile, then break.
     ///
     /// # Errors
     /// A filter did not run.
@@ -133,8 +132,8 @@ impl SensorFaultTrials {
                 let of_profile: Vec<BreakScores> =
                     drives.iter().map(|drive| drive[place]).collect();
                 let troubles = [None].into_iter().chain(SensorBreak::ALL.map(Some));
-                rows.extend(troubles.enumerate().map(|(column, trouble)| {
-                    row(scenario, profile, trouble, &seeds, column, &of_profile)
+                rows.extend(troubles.enumerate().map(|(column, sensor_break)| {
+                    row(scenario, profile, sensor_break, &seeds, column, &of_profile)
                 }));
             }
         }
@@ -174,7 +173,7 @@ const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
 fn row(
     scenario: &Scenario,
     profile: Profile,
-    trouble: Option<SensorBreak>,
+    sensor_break: Option<SensorBreak>,
     seeds: &[u64],
     column: usize,
     drives: &[BreakScores],
@@ -192,7 +191,7 @@ fn row(
     SensorFaultRow {
         scenario: scenario.name.clone(),
         profile,
-        trouble,
+        sensor_break,
         oe: spread(|scores| scores.oe),
         oe_unexpanded: spread(|scores| scores.oe_unexpanded),
         tpr: spread(|scores| scores.tpr),
@@ -209,17 +208,17 @@ impl fmt::Display for SensorFaultRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let figure = |value, decimals| Number { value, decimals };
         let percent = |share: Option<f64>| figure(share.map(|share| 100.0 * share), 2);
-        let verdict = match self.trouble {
+        let verdict = match self.sensor_break {
             None => "    ",
             Some(_) if self.holds() => "PASS",
             Some(_) => "FAIL",
         };
-        let trouble = self
-            .trouble
-            .map_or("none".to_owned(), |trouble| trouble.to_string());
+        let sensor_break = self
+            .sensor_break
+            .map_or("none".to_owned(), |sensor_break| sensor_break.to_string());
         write!(
             f,
-            "{verdict}  {:6} {:5} {trouble:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
+            "{verdict}  {:6} {:5} {sensor_break:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
              coverage {:4}",
             self.scenario,
             profile_name(self.profile),
@@ -230,7 +229,7 @@ impl fmt::Display for SensorFaultRow {
             figure(self.surface_recall.mean, 2),
             figure(self.coverage.mean, 2),
         )?;
-        let (Some(trouble), Some((worst, seed))) = (self.trouble, self.worst) else {
+        let (Some(sensor_break), Some((worst, seed))) = (self.sensor_break, self.worst) else {
             return Ok(());
         };
         write!(
@@ -238,7 +237,7 @@ impl fmt::Display for SensorFaultRow {
             "  loss {:5}, worst {:5} ({seed}) <= {:.0} points",
             percent(self.loss.mean),
             percent(Some(worst)),
-            100.0 * trouble.most_loss()
+            100.0 * sensor_break.most_loss()
         )
     }
 }

@@ -1,4 +1,4 @@
-//! What it costs a map that a frame does not say when its pose was reckoned.
+//! The effect of odometry frames without stamps on a map.
 
 use core::ops::Range;
 
@@ -30,16 +30,16 @@ pub struct StampRow {
     pub profile: Profile,
     /// With exact poses at the readings' stamps.
     pub exact: MeanStd,
-    /// With the frames' poses, stamped with the time that they were reckoned at.
+    /// With the frames' poses, stamped with the time of their computation.
     pub true_stamps: MeanStd,
-    /// With the frames' poses as the senses stamp them.
+    /// With the frames' poses as the acquisition stamps them.
     pub own_stamps: MeanStd,
-    /// With every frame's pose taken for as old as poses are in the mean.
+    /// With the mean age as the age of every frame's pose.
     pub mean_age: MeanStd,
-    /// The same four with the walls as they are.
+    /// The same four without wall expansion.
     pub plain: [MeanStd; 4],
-    /// Distance of the steps' poses from the truth with true stamps, with the senses'
-    /// own and with the mean age, root of the mean square over a drive, metres.
+    /// Distance of the steps' poses from the truth with true stamps, with the acquisition's
+    /// stamps and with the mean age, root of the mean square over a drive, metres.
     pub off_m: [MeanStd; 3],
 }
 

@@ -1,4 +1,4 @@
-//! What is really there, and what of it the robot could have seen.
+//! The ground truth of a world and the part of it that is visible to the robot.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ const SEEN_SHARE: f64 = 0.9;
 /// Rounding that is forgiven in distances: block edges and cell centres lie on round
 /// millimetres, so that "within 5 mm" is met exactly or not at all.
 const ROUNDING_M: f64 = 1e-9;
-/// A place on a surface is hidden if something lies more than this before it.
+/// A place on a surface is hidden if an object lies more than this before it, metres.
 const HIDDEN_M: f64 = 1e-6;
 
 /// The truth about a world, as far as it was visible from the places of the steps.
@@ -24,7 +24,7 @@ const HIDDEN_M: f64 = 1e-6;
 /// Visible: at one step at least, some sensor in use had the place within theta_max
 /// of its axis, within 0.9 x_max S(theta) and with nothing in between. The lobe S
 /// belongs to the limit: at 60 degrees a sensor reaches half as far as on its axis.
-/// Without it, space counts as visible that no reading can speak of, and a map of the
+/// Without it, space counts as visible without any reading of it, and a map of the
 /// block in `msod.toml` by the profile `plus` covers 94 instead of 98 %.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {

@@ -1,4 +1,4 @@
-//! Walls beside a drive whose world nobody measured.
+//! Walls beside a drive without a measured world.
 
 use core::fmt;
 use core::ops::Range;
@@ -15,7 +15,7 @@ use crate::world::Vector;
 
 /// A cell belongs to a line if its centre is this near, metres.
 const INLIER_M: f64 = 0.020;
-/// Two cells nearer than this to each other say nothing about a line, metres.
+/// Two cells nearer than this to each other do not determine a line, metres.
 const PAIR_M: f64 = 0.050;
 /// Most cells that pairs are made of, and most pairs that are tried.
 const MAX_SEEDS: usize = 1_000;
@@ -31,7 +31,7 @@ const BIN_M: f64 = 0.010;
 /// together with the share of cells on the line and their distances from it.
 pub const WALL_COVERED_M: f64 = 0.150;
 
-/// What a map claims to stand left and right of the driven path.
+/// The walls of a map left and right of the driven path.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WallReport {
     /// The left side.
@@ -59,8 +59,8 @@ pub struct WallSide {
     pub rms_all_m: Option<f64>,
     /// Whether a wall is claimed: covered length of at least [`WALL_COVERED_M`].
     pub claimed: bool,
-    /// Whether the map knows any cell on this side of the path; otherwise nothing can be
-    /// said of walls there.
+    /// Whether the map has a known cell on this side of the path; otherwise there is no
+    /// statement about walls.
     pub mapped: bool,
 }
 
@@ -69,7 +69,7 @@ pub struct WallSide {
 pub struct MappedPath<'a> {
     /// The map in which walls are looked for.
     pub map: &'a Map,
-    /// The map without the robot's footprint, which says where anything was sensed.
+    /// The map without the robot's footprint, which shows the sensed places.
     pub counted: &'a Map,
     /// The robot's places in order, metres.
     pub path: &'a [(f64, f64)],

@@ -1,4 +1,4 @@
-//! Which component has which fault when, after `ok` has ended what it ends.
+//! The faults of each component by time, after `ok` has ended earlier ones.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub struct ActiveFault {
     pub when_us: Range<u64>,
 }
 
-/// The faults of a drive's components, and the seed of what is random about them.
+/// The faults of a drive's components, and the seed of their random part.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ActiveFaults {
     all: Vec<ActiveFault>,
@@ -23,7 +23,7 @@ pub struct ActiveFaults {
 }
 
 impl ActiveFaults {
-    /// Nothing breaks; the seed is 0.
+    /// No faults; the seed is 0.
     #[must_use]
     pub const fn none() -> Self {
         Self {
@@ -38,15 +38,15 @@ impl ActiveFaults {
         self.seed
     }
 
-    /// The same, and a component that breaks at a time for good.
+    /// The same, with a fault of a component from a time on.
     #[must_use]
     pub fn from(self, from_us: u64, component: Component, kind: Kind) -> Self {
-        self.during(from_us..u64::MAX, component, kind)
+        self.within(from_us..u64::MAX, component, kind)
     }
 
-    /// The same, and a component that is broken for a time.
+    /// The same, with a fault of a component between two times.
     #[must_use]
-    pub fn during(mut self, when_us: Range<u64>, component: Component, kind: Kind) -> Self {
+    pub fn within(mut self, when_us: Range<u64>, component: Component, kind: Kind) -> Self {
         self.all.push(ActiveFault {
             component,
             kind,
@@ -60,7 +60,7 @@ impl ActiveFaults {
         self.all.iter()
     }
 
-    /// What is wrong with a component at a time, with the fault's place among all.
+    /// The faults of a component at a time, with their index among all.
     pub fn placed(&self, component: Component, at_us: u64) -> impl Iterator<Item = (usize, Kind)> {
         self.all
             .iter()
@@ -71,7 +71,7 @@ impl ActiveFaults {
             .map(|(place, fault)| (place, fault.kind))
     }
 
-    /// What is wrong with a component at a time.
+    /// The faults of a component at a time.
     pub fn of(&self, component: Component, at_us: u64) -> impl Iterator<Item = Kind> {
         self.placed(component, at_us).map(|(_, kind)| kind)
     }
@@ -79,7 +79,7 @@ impl ActiveFaults {
 
 impl Faults {
     /// The faults of the robot's components, each with its times; times are those of the
-    /// drive, and what is random is drawn from the seed.
+    /// drive, and the random part is drawn from the seed.
     #[must_use]
     pub fn active(&self, seed: u64) -> ActiveFaults {
         let mut all: Vec<ActiveFault> = Vec::new();
@@ -105,7 +105,7 @@ impl Faults {
 }
 
 impl ActiveFault {
-    /// What is left of it when a part is well for a time.
+    /// The rest of the fault when a component has no fault for a time.
     fn without(self, component: Component, well_us: &Range<u64>) -> Vec<Self> {
         if self.component != component {
             return vec![self];

@@ -1,11 +1,11 @@
-//! The components that can be named.
+//! The components that can have faults.
 
 use std::fmt;
 
 use amiro_ipf::board::acquisition::Bus;
 use amiro_ipf::model::SENSORS;
 
-/// What can break.
+/// A component that can have faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     /// `s0` to `s7`: a sensor, by its index.
@@ -37,7 +37,7 @@ impl Component {
         })
     }
 
-    /// The words that make sense for it, as they are written.
+    /// The valid words for it, as they are written.
     #[must_use]
     pub const fn words(self) -> &'static [&'static str] {
         match self {
@@ -79,7 +79,7 @@ impl Component {
         }
     }
 
-    /// Itself, or the sensors of the ring.
+    /// The component itself, or the sensors of the ring.
     pub(super) fn each(self) -> Vec<Self> {
         match self {
             Self::Ring => (0..SENSORS).map(Self::Sensor).collect(),

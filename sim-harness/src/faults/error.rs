@@ -1,6 +1,6 @@
-//! Why a text names no faults.
+//! The error of a text that is not a list of faults.
 
-/// A fault that cannot be: which word, where, and why.
+/// An invalid fault: the word, its position and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{word}\" (character {place}) {problem}")]
 pub struct FaultError {

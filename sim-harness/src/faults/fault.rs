@@ -1,21 +1,21 @@
-//! Faults as they were named.
+//! Faults as they are written.
 
 use std::fmt;
 
 use super::{Component, Kind, Window};
 
-/// A component, what is wrong with it, and when.
+/// A component, a kind of fault and a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// Which component.
+    /// The component.
     pub component: Component,
-    /// What is wrong.
+    /// The kind.
     pub kind: Kind,
-    /// When.
+    /// The window.
     pub window: Window,
 }
 
-/// As it is read; a fault of the link without `link=`, for these are joined.
+/// The text that is read back; a fault of the link without `link=`, because these are joined.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.component != Component::Link {
@@ -26,10 +26,10 @@ impl fmt::Display for Fault {
     }
 }
 
-/// All that is to break: faults of the robot's parts, and those of the line.
+/// The faults of the robot's parts and of the line.
 ///
-/// Read from text and printed as text; what is printed is read back as it was. Nothing at
-/// all is written `ok`.
+/// Read from text and printed as text; a printed text is read back unchanged. No faults are
+/// written `ok`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     pub(super) parts: Vec<Fault>,
@@ -37,19 +37,19 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// What is wrong with the robot's parts, in the order in which it was named.
+    /// The faults of the robot's parts, in the order of the text.
     #[must_use]
     pub fn parts(&self) -> &[Fault] {
         &self.parts
     }
 
-    /// What is wrong with the serial line.
+    /// The faults of the serial line.
     #[must_use]
     pub fn line(&self) -> &[Fault] {
         &self.line
     }
 
-    /// Whether nothing was named, neither a part nor anything of the line.
+    /// Whether there are no faults, neither of a part nor of the line.
     #[must_use]
     pub fn are_none(&self) -> bool {
         self.parts.is_empty() && self.line.is_empty()

@@ -9,29 +9,29 @@ use crate::quantity::{in_words, positive, probability, signed, time};
 const MOST_COUNTS: i32 = 65_535;
 /// Farthest that the odometry can jump, millimetres.
 const FARTHEST_MM: i32 = 100_000;
-/// Slowest and fastest rates that are slow: a sensor measures 125 times a second.
+/// Lowest and highest rate of `slow`: a sensor measures 125 times per second.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Longest delay.
 const LATEST: Duration = Duration::from_secs(10);
 
-/// What is wrong with a component.
+/// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// `ok`: nothing, whatever was named before.
+    /// `ok`: no fault; it ends earlier ones.
     Ok,
     /// `off`: unplugged, without power, silent.
     Off,
-    /// `stuck`: the same again and again; a bus whose wire is held low; a multiplexer that
+    /// `stuck`: the same value repeatedly; a bus whose wire is held low; a multiplexer that
     /// stays where it is.
     Stuck,
     /// `garbage`: random values, disturbed bytes, random channels.
     Garbage,
-    /// `wrong:+200`, `wrong:-300mm`: a sensor's counts too many; the odometry elsewhere by
-    /// so many millimetres along the world's x.
+    /// `wrong:+200`, `wrong:-300mm`: an offset of a sensor's counts; an offset of the
+    /// odometry in millimetres along the world's x.
     Wrong(i32),
-    /// `slow:20Hz`: no more often than that.
+    /// `slow:20Hz`: at most that rate.
     Slow(f64),
-    /// `delayed:50ms`: so much later.
+    /// `delayed:50ms`: later by that time.
     Delayed(Duration),
     /// `intermittent:0.3`: missing for this share of the time.
     Intermittent(f64),
@@ -39,9 +39,9 @@ pub enum Kind {
     Saturated,
     /// A lamp shines into a sensor. It has no word.
     Lit {
-        /// What the sensor's ambient measurements give, counts.
+        /// Result of the sensor's ambient measurements, counts.
         ambient: u16,
-        /// What it adds to the proximity measurements, counts.
+        /// Counts added to the proximity measurements.
         added: u16,
     },
     /// `ber:R` of the link: each bit is flipped with this probability.
@@ -71,7 +71,7 @@ pub enum Kind {
     /// `cut:R` of the link: each frame ends early, without its zero byte, with this
     /// probability.
     Cut(f64),
-    /// `slow:9600` of the link: so many bytes per second and no more; the rest comes later.
+    /// `slow:9600` of the link: at most that many bytes per second; the rest comes later.
     BytesPerSecond(u32),
 }
 
@@ -108,7 +108,7 @@ impl Kind {
     /// The kind that a component's word names: its name and, behind a colon, its value.
     ///
     /// # Errors
-    /// What is wrong with it, in words that follow the text itself.
+    /// The reason, in words that follow the text itself.
     pub(super) fn parse(component: Component, text: &str) -> Result<Self, String> {
         let (name, value) = match text.split_once(':') {
             None => (text, None),
@@ -179,7 +179,7 @@ impl Kind {
     }
 }
 
-/// Microseconds between two at a rate.
+/// Period of a rate, microseconds.
 pub(crate) fn period_us(rate_hz: f64) -> u64 {
     (1e6 / rate_hz).round() as u64
 }

@@ -3,10 +3,10 @@
 use super::{Component, Fault, Kind, Window};
 use crate::quantity::{probability, time, whole};
 
-/// Longest burst of dropped bytes, or of garbage, that can be asked for.
+/// Longest burst of dropped bytes, or of garbage.
 const LONGEST_BURST: u32 = 1_000_000;
 
-/// Bytes of a burst of garbage when the word does not say.
+/// Bytes of a burst of garbage by default.
 const GARBAGE_BYTES: u32 = 64;
 
 const UNKNOWN: &str = "is nothing that can be wrong with a line: ok, off, ber:R, drop:R, \
@@ -22,7 +22,7 @@ const NO_WINDOW: &str = "has no window that begins before it ends, as in @2s..5s
 /// Reads words joined by `+`, each with a window or without; `ok` for none.
 ///
 /// # Errors
-/// The word that is wrong, in quotes, and what is wrong with it.
+/// The invalid word, in quotes, and the reason.
 pub(super) fn parse(text: &str) -> Result<Vec<Fault>, String> {
     if text == "ok" {
         return Ok(Vec::new());
@@ -31,7 +31,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<Fault>, String> {
     text.split('+').map(fault).collect()
 }
 
-/// A word: what, a value, a window.
+/// A word: kind, value, window.
 fn fault(word: &str) -> Result<Fault, &'static str> {
     let (what, window) = match word.split_once('@') {
         None => (word, Window::Always),

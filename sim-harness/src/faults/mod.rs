@@ -1,4 +1,4 @@
-//! What is to break, in words: `s3=stuck@5s..8s, can=off@10s, link=ber:1e-3`.
+//! Faults in words: `s3=stuck@5s..8s, can=off@10s, link=ber:1e-3`.
 //!
 //! A [`Fault`] is a component, a kind and a window. One parser reads them; the simulated
 //! robot with its buses, the serial line ([`FaultInjector`](crate::device::FaultInjector))
@@ -8,11 +8,11 @@
 //! own, joined by `+`: `link=ber:1e-3+off@2s..5s`.
 //!
 //! A window is `@5s`, `@5s..8s` or `@..8s` and may be left out. Faults of one component add
-//! up, in the order in which they are named; `ok` ends for its window what was named before
-//! it, so that `ring=off, s3=ok` leaves one sensor.
+//! up, in the order in which they are named; `ok` ends earlier faults for its window, so
+//! that `ring=off, s3=ok` leaves one sensor.
 //!
-//! A table of `docs/faults.md` lists what each word does to each component, and what the
-//! robot reports then.
+//! A table of `docs/faults.md` lists the effect of each word on each component, and the
+//! robot's report of it.
 
 mod active;
 mod component;

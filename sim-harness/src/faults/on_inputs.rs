@@ -1,4 +1,4 @@
-//! The same faults, on the inputs of a recording.
+//! Faults on the inputs of a recording.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,7 @@ const INPUT_STREAM: u64 = 0x69_6e70_7574;
 /// A loose sensor is missing for a round or not: 8 ms.
 const SLOT_NS: u64 = 8_000_000;
 
-/// A fault that inputs cannot show.
+/// A fault without an effect on inputs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "\"{fault}\" cannot be seen in a recording's inputs: they take off, stuck, garbage, wrong, \
@@ -28,17 +28,14 @@ pub struct NotOnInputs {
 }
 
 impl Faults {
-    /// What a node would have been told had this been broken: times count from the first
-    /// input that has a stamp.
-    ///
-    /// A sensor that is `stuck` says its first counts of that time again and again, one
-    /// that is `garbage` 16 random bits above the default offset. Odometry that is
-    /// `delayed` comes so much later and is dated by when it comes, as on the robot.
-    /// Wheel speeds know no `wrong`.
+    /// The inputs as a robot with these faults would have recorded them: times count from
+    /// the first input with a stamp. A sensor that is `stuck` repeats its first counts of
+    /// that time, one that is `garbage` gives 16 random bits above the default offset.
+    /// Odometry that is `delayed` comes later and is stamped when it comes, as on the
+    /// robot. Wheel speeds cannot be `wrong`.
     ///
     /// # Errors
-    /// The first fault of a part that has no meaning on inputs; faults of the line have
-    /// none here and are left alone.
+    /// The first fault of a part that has no meaning on inputs; faults of the line are ignored.
     pub fn on_inputs(&self, seed: u64, inputs: &[Input]) -> Result<Vec<Input>, NotOnInputs> {
         let faulty = self.on_stream(seed, inputs.iter().copied())?;
         Ok(faulty.collect())
@@ -60,7 +57,7 @@ impl Faults {
                 faults: self.active(seed),
                 stuck: [None; SENSORS],
                 late: VecDeque::new(),
-                told: VecDeque::new(),
+                output: VecDeque::new(),
             },
         })
     }
@@ -68,7 +65,7 @@ impl Faults {
     /// Checks that each fault of a part has a meaning on inputs.
     ///
     /// # Errors
-    /// The first that has none; faults of the line are left alone.
+    /// The first that has none; faults of the line are ignored.
     pub fn check_on_inputs(&self) -> Result<(), NotOnInputs> {
         match self.parts.iter().find(|fault| !is_on_inputs(fault)) {
             Some(fault) => Err(NotOnInputs {
@@ -93,7 +90,7 @@ impl<I: Iterator<Item = Input>> Iterator for FaultyInputs<I> {
 
     fn next(&mut self) -> Option<Input> {
         loop {
-            if let Some(input) = self.broken.told.pop_front() {
+            if let Some(input) = self.broken.output.pop_front() {
                 return Some(input);
             }
             if self.is_at_end {
@@ -132,14 +129,14 @@ fn stamp_us(input: &Input) -> Option<u64> {
     }
 }
 
-/// Inputs on their way through the faults.
+/// The state of the faults on a stream of inputs.
 struct Broken {
     faults: ActiveFaults,
     stuck: [Option<Sample>; SENSORS],
     /// Odometry that is still to come, with its new stamp.
     late: VecDeque<(u64, Input)>,
-    /// Inputs that are to be handed on.
-    told: VecDeque<Input>,
+    /// Inputs that are ready to be returned.
+    output: VecDeque<Input>,
 }
 
 impl Broken {
@@ -154,10 +151,11 @@ impl Broken {
                     Some(sensor) => self.sample(sensor, sample, now_us),
                     None => sample,
                 });
-                self.told.push_back(Input::Proximity { stamp_us, samples });
+                self.output
+                    .push_back(Input::Proximity { stamp_us, samples });
             }
             Input::Odometry { .. } | Input::Wheels { .. } => self.take_motion(input, now_us),
-            _ => self.told.push_back(input),
+            _ => self.output.push_back(input),
         }
     }
 
@@ -165,35 +163,35 @@ impl Broken {
         let active = self.faults.placed(Component::Sensor(sensor), now_us);
         let active: Vec<_> = active.collect();
         let stuck = active.iter().any(|(_, kind)| *kind == Kind::Stuck);
-        let mut told = sample;
+        let mut faulty = sample;
         for (place, kind) in active {
-            told = match (kind, told) {
+            faulty = match (kind, faulty) {
                 (Kind::Off, _) => Sample::Missing,
-                (Kind::Intermittent(share), told) => {
+                (Kind::Intermittent(share), faulty) => {
                     if self.is_out(place, share, now_us) {
                         Sample::Missing
                     } else {
-                        told
+                        faulty
                     }
                 }
-                // A sensor that says nothing says nothing wrong either.
+                // A missing sample has no value to change.
                 (_, Sample::Missing) => Sample::Missing,
                 (Kind::Saturated, _) => Sample::Saturated,
-                (Kind::Stuck, told) => self.held_at(sensor, told),
+                (Kind::Stuck, faulty) => self.stuck_at(sensor, faulty),
                 (Kind::Garbage, _) => self.garbage(sensor, now_us),
                 (Kind::Wrong(by), Sample::Counts(counts)) => {
                     Sample::Counts(counts.saturating_add(by))
                 }
-                (_, told) => told,
+                (_, faulty) => faulty,
             };
         }
         if !stuck && let Some(held) = self.stuck.get_mut(sensor) {
             *held = None;
         }
-        told
+        faulty
     }
 
-    fn held_at(&mut self, sensor: usize, sample: Sample) -> Sample {
+    fn stuck_at(&mut self, sensor: usize, sample: Sample) -> Sample {
         let held = self.stuck.get_mut(sensor);
         held.map_or(sample, |held| *held.get_or_insert(sample))
     }
@@ -236,16 +234,16 @@ impl Broken {
             }
         }
         let due_us = stamp_us(&input).unwrap_or(0).saturating_add(late_us);
-        // Nothing overtakes what is on its way.
+        // Later odometry does not overtake delayed odometry.
         let last_us = self.late.back().map_or(0, |(last_us, _)| *last_us);
         if late_us == 0 && self.late.is_empty() {
-            self.told.push_back(input);
+            self.output.push_back(input);
         } else {
             self.late.push_back((due_us.max(last_us), input));
         }
     }
 
-    /// Tells what has come by a time.
+    /// Delivers the delayed odometry that is due by a time.
     fn deliver_until(&mut self, now_us: u64) {
         while let Some(&(due_us, mut input)) = self.late.front()
             && due_us <= now_us
@@ -257,7 +255,7 @@ impl Broken {
                 }
                 _ => {}
             }
-            self.told.push_back(input);
+            self.output.push_back(input);
         }
     }
 }

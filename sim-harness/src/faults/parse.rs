@@ -1,4 +1,4 @@
-//! Reading faults: strict, so that a slip of the pen breaks nothing else than was meant.
+//! A strict parser of faults: a typing error is refused, not guessed at.
 
 use std::str::FromStr;
 
@@ -12,7 +12,7 @@ const LINK_TWICE: &str = "names the link again: join its words, as in link=ber:1
 impl FromStr for Faults {
     type Err = FaultError;
 
-    /// Faults with commas between, blanks around them; `ok` for none.
+    /// Faults separated by commas, with optional blanks; `ok` for none.
     fn from_str(text: &str) -> Result<Self, FaultError> {
         let mut faults = Self::default();
         if text.trim() == "ok" {

@@ -7,20 +7,20 @@ use std::time::Duration;
 use super::Component;
 use crate::quantity::{in_words, time, whole};
 
-/// When something is wrong: `@5s`, `@5s..8s`, `@..8s`, of the link also `@10B..20B`.
+/// The window of a fault: `@5s`, `@5s..8s`, `@..8s`, of the link also `@10B..20B`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
-    /// From the first moment to the last: not given.
+    /// The whole drive: no window is given.
     #[default]
     Always,
-    /// From one time and up to another; without the second for good.
+    /// From one time up to another; without the second, to the end.
     Time(Duration, Option<Duration>),
     /// From one byte of those sent, counted from 0, and up to another.
     Bytes(u64, Option<u64>),
 }
 
 impl Window {
-    /// The window behind the `@`; `None` for what is no window or ends as it begins.
+    /// The window after the `@`; `None` for an invalid or empty window.
     pub(super) fn parse(component: Component, text: &str) -> Option<Self> {
         let (from, to) = match text.split_once("..") {
             None => (text, None),
@@ -53,7 +53,7 @@ impl Window {
             .then_some(Self::Time(from, to))
     }
 
-    /// Whether a byte that is sent at a time, as which of all, is inside.
+    /// Whether a byte with a time and a number is inside.
     #[must_use]
     pub fn contains(&self, now: Duration, byte: u64) -> bool {
         match *self {
@@ -63,7 +63,7 @@ impl Window {
         }
     }
 
-    /// The window in microseconds; all of time for one that counts bytes.
+    /// The window in microseconds; the whole drive for one that counts bytes.
     #[must_use]
     pub fn range_us(&self) -> Range<u64> {
         match *self {
@@ -73,7 +73,7 @@ impl Window {
     }
 
     /// Writes the window as it is read. The link's times are all in seconds, and its
-    /// windows have their begin: recordings hold them so.
+    /// windows have a begin, as in recordings.
     pub(super) fn write(self, component: Component, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_of_link = component == Component::Link;
         let words = |time: Duration| match is_of_link {

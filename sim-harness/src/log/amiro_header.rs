@@ -1,4 +1,4 @@
-//! The header of AMiRo's text: what it must name, and what else a file may mean.
+//! The header of AMiRo's text, and guesses at the meaning of a file without it.
 
 use super::Problem;
 use crate::escape::escaped;
@@ -16,8 +16,8 @@ const POSE: [(&str, &str); 3] = [("x", "[ym]"), ("y", "[ym]"), ("theta", "[yrad]
 /// at what its numbers mean when the header is missing.
 ///
 /// # Errors
-/// [`Problem::NoHeader`] for anything else, [`Problem::OtherUnits`] for a header that
-/// does not say micrometres and microradians.
+/// [`Problem::NoHeader`] for anything else, [`Problem::OtherUnits`] for a header without
+/// micrometres and microradians.
 pub(super) fn check(line: &str, head: &[u8]) -> Result<(), Problem> {
     let fields: Vec<String> = fields(line).map(squeezed).collect();
     let Some((readings, pose)) = fields.split_first_chunk::<8>() else {
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn a_header_without_tabs_is_refused_with_what_it_has() {
-        for (separator, said) in [
+        for (separator, message) in [
             (",", "commas"),
             (", ", "commas"),
             (";", "semicolons"),
@@ -171,7 +171,7 @@ mod tests {
         ] {
             let header = HEADER.replace('\t', separator);
             let problem = check(&header, b"").unwrap_err().to_string();
-            let begin = format!("{said} between the columns of 'PRV 0");
+            let begin = format!("{message} between the columns of 'PRV 0");
             assert!(problem.starts_with(&begin), "{problem}");
             assert!(
                 problem.contains("', not tabs; expected the header"),
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_of_a_room_tell_their_unit() {
+    fn the_size_of_the_coordinates_gives_their_unit() {
         for (x, unit) in [
             ("3010304", Some("micrometres")),
             ("-3010.3", Some("millimetres")),

@@ -1,4 +1,4 @@
-//! AMiRo's own text: eight readings and a pose a row, without stamps.
+//! AMiRo's own text: eight readings and a pose per row, without stamps.
 //!
 //! A header, then rows of eleven integers between tabs: counts of the sensors 0 to 7
 //! above their ground offset, x and y in micrometres, the heading in microradians,
@@ -6,20 +6,20 @@
 //!
 //! # Stamps
 //!
-//! The recorder wrote none. They are made from the travelled distance as if the robot
-//! had driven at 80 mm/s throughout, its speed in the paper's drives, and at least
-//! 8 ms a row: enough for whatever goes by distance, meaningless for what goes by
-//! time. A row's odometry and readings carry the same stamp.
+//! The recorder wrote none. They are made from the travelled distance as if the robot had
+//! driven at 80 mm/s throughout, its speed in the paper's drives, and at least 8 ms per
+//! row: sufficient for distances, meaningless for times. A row's odometry and readings
+//! carry the same stamp.
 //!
 //! # What is refused
 //!
 //! - A row that repeats the one before to the letter: the recorder was faster than
-//!   the sensors, and a reading that is counted twice is believed twice.
+//!   the sensors, and a repeated reading would count twice.
 //! - A last line without its end, even if it has eleven fields: the last number may
 //!   have lost digits. A tab or carriage return after that number proves it whole.
 //! - Numbers that no integer writer writes: "+1", "-0", "007", "1e3", "0x1F".
 //! - Counts outside 0 to 65535, coordinates beyond 500 m, headings beyond 7 rad.
-//! - A second header and all behind it: another recording, appended to this one.
+//! - A second header and everything after it: another recording, appended to this one.
 //! - A whole drive whose numbers cannot be micrometres or microradians.
 
 use std::fmt::Display;
@@ -79,7 +79,7 @@ struct Used {
     row: TextRow,
 }
 
-/// How far AMiRo's text has been read.
+/// State of the reader of AMiRo's text.
 #[derive(Debug, Default)]
 pub(super) struct TextLines {
     bytes: Vec<u8>,
@@ -137,8 +137,8 @@ impl TextLines {
     }
 }
 
-/// What the first rows of a source look like of which none was used: decimal fractions,
-/// perhaps, of larger units.
+/// A guess at the meaning of the first rows of a source without usable rows, such as
+/// decimal fractions of larger units.
 pub(super) fn unit_check(head: &[u8]) -> Option<String> {
     let text = String::from_utf8_lossy(head);
     let mut check = RowCheck::default();
@@ -286,7 +286,7 @@ fn take(rules: &mut Rules, used: &mut Option<Used>, line: u64, row: TextRow) -> 
 }
 
 impl TextRow {
-    /// Time for the way from another row at 80 mm/s, which is 12.5 us a micrometre.
+    /// Time for the way from another row at 80 mm/s, which is 12.5 us per micrometre.
     ///
     /// In integers throughout: at most 1.4e9 um, squared and times 12.5^2 in 128 bits.
     fn microseconds_from(&self, before: &Self) -> u64 {

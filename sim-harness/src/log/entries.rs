@@ -18,7 +18,7 @@ pub(super) struct Entries<R> {
     is_at_end: bool,
 }
 
-/// What reads the entries of a format.
+/// The reader of a format's entries.
 #[derive(Debug)]
 enum EntryReader {
     Text(TextLines),
@@ -72,12 +72,12 @@ impl<R: Read> Entries<R> {
         }
     }
 
-    /// What the rules know by now.
+    /// The state of the rules.
     pub(super) fn rules(&self) -> &Rules {
         &self.rules
     }
 
-    /// The same, when nothing more is read.
+    /// The same, at the end of reading.
     pub(super) fn into_rules(self) -> Rules {
         self.rules
     }
@@ -93,7 +93,7 @@ impl<R: Read> Entries<R> {
     }
 }
 
-/// Tells the format by the first bytes: what is no stream must be text.
+/// Detects the format from the first bytes: a source that is no stream must be text.
 fn format_of(head: &[u8]) -> Result<Format, Problem> {
     if head.is_empty() {
         return Err(Problem::Empty);
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn utf16_is_told_with_and_without_its_mark() {
+    fn utf16_is_recognised_with_and_without_its_mark() {
         for text in [
             &b"\xFF\xFEP"[..],
             b"\xFE\xFF\0P",

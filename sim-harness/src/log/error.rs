@@ -13,30 +13,30 @@ pub struct LogError {
     problem: Problem,
 }
 
-/// What is wrong with a whole source.
+/// The error of a whole source.
 #[derive(Debug)]
 pub enum Problem {
-    /// The operating system does not give it.
+    /// It cannot be read.
     Unreadable(io::Error),
     /// It has no byte.
     Empty,
-    /// It is text of two bytes a character.
+    /// It is text of two bytes per character.
     Utf16,
     /// Its first MiB holds neither the header of AMiRo's text nor a frame.
     Shapeless,
     /// It does not begin with the header of AMiRo's text.
     NoHeader {
-        /// What it begins with, and what its numbers look like.
+        /// Its beginning, and a guess at its numbers.
         found: String,
     },
     /// Its header names other units than micrometres and microradians.
     OtherUnits {
-        /// The columns that it names.
+        /// The columns of the header.
         found: String,
     },
     /// Its numbers are in other units than they claim.
     ImplausibleUnits {
-        /// What they look like, and why.
+        /// The likely units, and the reason.
         found: String,
     },
     /// Every line or frame of it was refused.
@@ -54,13 +54,13 @@ impl LogError {
         }
     }
 
-    /// What is wrong.
+    /// The error.
     #[must_use]
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// Where it is wrong.
+    /// The place of the error.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
         self.place

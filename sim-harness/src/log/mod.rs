@@ -1,14 +1,11 @@
 //! Recordings: drives read from files, and written to them.
+//! Two formats, distinguished by their content:
 //!
-//! Two formats, told apart by their content:
-//!
-//! - the text that AMiRo's own recorder wrote, eleven columns a row;
-//! - the bytes of the link, as the board and the simulator speak them.
-//!
-//! One bad line or frame costs that line or frame: it is refused with its place and
-//! reason, and what is left is used. A source that has nothing usable at all is a
-//! [`LogError`]. Memory is bounded whatever a source holds: 64 KiB a line, 128 bytes
-//! a frame, 64 KiB of scenario, 4 KiB of faults.
+//! - the text that AMiRo's own recorder wrote, eleven columns per row;
+//! - the bytes of the link, as the board and the simulator write them.
+//! A bad line or frame is refused with its place and reason, and the rest is used. A source
+//! that has nothing usable at all is a [`LogError`]. Memory is bounded for every source: 64
+//! KiB per line, 128 bytes per frame, 64 KiB of scenario, 4 KiB of faults.
 //!
 //! A [`StoredRecording`] stays on the disk: it is read once for its [`Overview`] and once
 //! more for each kind of rows that is wanted, and may be of any length. [`read`] collects

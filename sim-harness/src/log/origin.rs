@@ -1,4 +1,4 @@
-//! Whether a file is the recording of a robot, which cannot be made again.
+//! Detects the recording of a robot, which cannot be repeated.
 
 use amiro_ipf::link::{Decoder, Message, Received};
 use amiro_ipf::node::{Input, Source};
@@ -8,8 +8,7 @@ pub(crate) const DECIDING_BYTES: usize = 8192;
 
 /// Whether a file that begins with these bytes is the recording of a robot: AMiRo's text,
 /// or frames that begin with the configuration of a board that reads its own sensors.
-///
-/// What `simulate` and `replay` write is none: a simulated recording begins with its
+/// The output of `simulate` and `replay` is none: a simulated recording begins with its
 /// truth, and the stream of a replay has its inputs from the link.
 pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
@@ -50,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robots_recordings_are_told_from_what_can_be_made_again() {
+    fn a_robots_recordings_differ_from_simulated_ones() {
         assert!(is_of_a_robot(&recording(Source::Board)));
         assert!(is_of_a_robot(b"PRV 0\tPRV 1\tPRV 2"));
         assert!(is_of_a_robot(b"\xef\xbb\xbfprv0\tPRV 1"));

@@ -1,4 +1,4 @@
-//! What one pass over a source finds: everything but its rows.
+//! The result of one pass over a source: everything but its rows.
 
 use std::io::Read;
 
@@ -15,7 +15,7 @@ use super::{Format, GroundTruth, LogError, Problem, Refusals, amiro_text};
 pub struct Overview {
     /// The configuration that the inputs were recorded under, if the source has one.
     pub config: Option<Config>,
-    /// What only a simulator knows, without the true poses; `None` for a real drive.
+    /// The simulator's ground truth, without the true poses; `None` for a real drive.
     pub truth: Option<GroundTruth>,
     /// Lines and frames that were not used, with place and reason.
     pub refusals: Refusals,
@@ -75,14 +75,14 @@ impl Uses {
     }
 }
 
-/// The unit checks over the inputs that are used, whatever is used in the end.
+/// The unit checks over the inputs that are used so far.
 #[derive(Debug)]
 struct UnitChecks {
     format: Format,
     all: UnitCheck,
-    /// The same without the board's inputs, once there are any that may be forgotten.
+    /// The same without the board's inputs, once there are any that may be dropped.
     of_host: Option<UnitCheck>,
-    /// Whether the board has taken the configuration: no input is forgotten any more.
+    /// Whether the board has taken the configuration: no input is dropped any more.
     has_begun: bool,
 }
 
@@ -140,8 +140,7 @@ impl MessageCounts {
     }
 }
 
-/// Reads a source to its end and hands on its entries, of which those that [`Uses`] keeps
-/// are used.
+/// Reads a source to its end and passes on its entries; those that [`Uses`] keeps are used.
 ///
 /// # Errors
 /// A source that cannot be read, is no recording, has nothing usable, or whose numbers

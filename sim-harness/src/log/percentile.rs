@@ -34,7 +34,7 @@ impl Percentile {
         *self.classes.entry(class_of(value)).or_default() += 1;
     }
 
-    /// The number that so many of a hundred do not exceed; `None` without numbers.
+    /// The given percentile; `None` without numbers.
     pub(super) fn of(&self, percent: u64) -> Option<f64> {
         let place = self.count * percent / 100;
         if self.classes.is_empty() {

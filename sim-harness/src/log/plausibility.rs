@@ -1,15 +1,13 @@
 //! Whether a drive's numbers can be in the units that they claim.
 //!
 //! Wrong units are wrong by a factor of 57 or more, a robot's speeds by less: the AMiRo
-//! drives at 80 mm/s and has been driven at 0.6 m/s. Too fast is told by the stamps of
-//! a stream, too slow by the rows of AMiRo's text, which has no stamps but comes from a
-//! bus whose numbers move by 256 um or not at all. Headings are compared with the
-//! course: a robot on two wheels goes where it looks, or backward.
-//!
-//! A robot that stands is legal whatever its sensors see, and so is a drive of few
-//! rows. What looks alike in both units passes: a straight drive along x has the
-//! heading 0 in all of them, and a drive of less than a metre from the origin stands
-//! at 0 in whole metres.
+//! drives at 80 mm/s and has been driven at 0.6 m/s. Too high speeds are detected by the
+//! stamps of a stream, too low ones by the rows of AMiRo's text, which has no stamps but
+//! comes from a bus whose numbers move by 256 um or not at all. Headings are compared with
+//! the course: a robot on two wheels drives along its heading, forward or backward. A robot
+//! that stands is legal with any readings, and so is a drive of few rows. A drive that
+//! looks the same in both units passes: a straight drive along x has the heading 0 in all
+//! of them, and a drive of less than a metre from the origin stands at 0 in whole metres.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -21,9 +19,9 @@ use super::percentile::Percentile;
 
 /// Poses, and windows of time, below which nothing is judged.
 const FEWEST: usize = 10;
-/// Speed that half of a drive keeps below, metres a second: three times the AMiRo's.
+/// Speed that half of a drive does not exceed, metres per second: three times the AMiRo's.
 const MOST_SPEED: f64 = 2.0;
-/// The paper's speed, metres a second: among units the one nearest to it is named.
+/// The paper's speed, metres per second: the unit with the nearest speed is suggested.
 const USUAL_SPEED: f64 = 0.08;
 /// Between two frames of the odometry, and so about between two rows, seconds.
 const ROW_S: f64 = 0.063;
@@ -35,9 +33,9 @@ const MOST_WINDOW_US: u64 = 1_000_000;
 const HALF_STEP_M: f64 = 128e-6;
 /// Counts by which a sensor's noise of 4.6 does not change a reading.
 const LEAST_CHANGE: i32 = 30;
-/// Length of a piece of way whose course is compared with the heading, metres.
+/// Length of a piece of path whose course is compared with the heading, metres.
 const CHORD_M: f64 = 0.02;
-/// Pieces of way below which headings are not judged.
+/// Pieces of path below which headings are not judged.
 const FEWEST_CHORDS: usize = 5;
 /// Most mean angle between course and heading of a good recording, radians: the
 /// recorded drives have 0.004 to 0.008.
@@ -57,7 +55,7 @@ impl Claimed {
     }
 }
 
-/// Looks at a recording's inputs one after another, in bounded memory.
+/// Checks a recording's inputs one after another, in bounded memory.
 #[derive(Clone, Debug)]
 pub(super) enum UnitCheck {
     Speeds(SpeedCheck),
@@ -133,7 +131,7 @@ impl MotionCheck {
     }
 }
 
-/// Units of length that somebody may have meant: metres each, and the name.
+/// Possible units of length: metres each, and the name.
 const LENGTHS: [(f64, &str); 4] = [
     (1e-6, "micrometres"),
     (1e-3, "millimetres"),
@@ -303,7 +301,7 @@ impl RowCheck {
     }
 }
 
-/// Units of angle that somebody may have meant: radians each, the most of a turn in
+/// Possible units of angle: radians each, the most of a turn in
 /// them, the mean error of whole numbers, and the name.
 const ANGLES: [(f64, f64, f64, &str); 3] = [
     (1e-3, 6_300.0, 0.0, "milliradians"),
@@ -312,7 +310,7 @@ const ANGLES: [(f64, f64, f64, &str); 3] = [
     (1.0, 7.0, 0.5, "radians"),
 ];
 
-/// The angles between the course of each piece of way and the heading, in the claimed unit
+/// The angles between the course of each piece of path and the heading, in the claimed unit
 /// and in each of [`ANGLES`].
 #[derive(Clone, Debug, Default)]
 struct Chords {
@@ -334,7 +332,7 @@ impl Chords {
         for (sum, scale) in self.sums.iter_mut().zip(scales) {
             let turn = wrapped((row.heading_rad - begin.heading_rad) * scale, TAU);
             let heading = begin.heading_rad * scale + 0.5 * turn;
-            // Backward is along the way too.
+            // Backward driving is along the course too.
             *sum += wrapped(course - heading, PI).abs().min(FRAC_PI_2);
         }
     }

@@ -71,7 +71,7 @@ fn read_named(name: &str, read: impl Read) -> Result<Recording, LogError> {
 #[derive(Debug, Default)]
 struct Collected {
     inputs: Vec<Input>,
-    /// Places of the board's inputs that its taking of a configuration would forget.
+    /// Places of the board's inputs that are dropped when it takes a configuration.
     of_board: Vec<usize>,
     messages: Vec<Message>,
     true_poses: Vec<(u64, Pose)>,

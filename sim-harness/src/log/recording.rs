@@ -1,4 +1,4 @@
-//! What was read from a source: a drive, and what is known about it.
+//! The contents of a source: a drive and its metadata.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::Message;
@@ -24,19 +24,18 @@ impl std::fmt::Display for Format {
     }
 }
 
-/// One run: its configuration, inputs and what was recorded beside them.
-///
-/// Stamps of each kind of input never decrease within what one sender said, poses and
-/// speeds are finite and the configuration is legal. A node may still refuse what came
-/// too early: a reading without odometry near it, a tick before any reading, what a host
-/// and a board both said.
+/// One run: its configuration, its inputs and everything recorded with them. Stamps of each
+/// kind of input never decrease within one sender's inputs, poses and speeds are finite and
+/// the configuration is legal. A node may still refuse an input that came too early: a
+/// reading without odometry near it, a tick before any reading, an input that a host and a
+/// board both sent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The configuration that the inputs were recorded under, if the source has one.
     pub config: Option<Config>,
     /// Odometry, wheel speeds, readings and ticks, in the order of the source.
     pub inputs: Vec<Input>,
-    /// What only a simulator knows; `None` for a real drive.
+    /// The simulator's ground truth; `None` for a real drive.
     pub truth: Option<GroundTruth>,
     /// The messages of a board, in the order of the source.
     pub messages: Vec<Message>,
@@ -49,7 +48,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// What the board's node emitted, in the order of the source.
+    /// The events of the board's node, in the order of the source.
     pub fn events(&self) -> impl Iterator<Item = &Event> {
         self.messages.iter().filter_map(|message| match message {
             Message::Event(event) => Some(event),
@@ -58,16 +57,16 @@ impl Recording {
     }
 }
 
-/// What a simulator knows and a robot does not.
+/// The ground truth of a simulator.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroundTruth {
     /// Seed of the simulation.
     pub seed: Option<u64>,
     /// The scenario file, as its text.
     pub scenario: Option<String>,
-    /// What was broken on purpose, each text with the seed of what was random about it.
+    /// The injected faults, each text with the seed of its random part.
     pub faults: Vec<(String, u64)>,
-    /// Where the robot really was: stamps in microseconds, never decreasing. Empty in an
+    /// The robot's true poses: stamps in microseconds, never decreasing. Empty in an
     /// [`Overview`](super::Overview).
     pub poses: Vec<(u64, Pose)>,
 }

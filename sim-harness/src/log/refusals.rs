@@ -1,4 +1,4 @@
-//! What of a source was not used: where, and why.
+//! The refused parts of a source, with place and reason.
 
 use std::fmt;
 
@@ -25,10 +25,10 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why something was not used: what refusals are counted by.
+/// The reason of a refusal, by which refusals are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reason {
-    /// A line without anything on it.
+    /// An empty line.
     EmptyLine,
     /// A line of more than 64 KiB.
     LongLine,
@@ -44,11 +44,11 @@ pub enum Reason {
     NotAnInteger,
     /// A number beyond what a robot can deliver.
     OutOfRange,
-    /// The same again as just before.
+    /// A repetition of the last entry.
     Repeated,
     /// Bytes that are no frame.
     Broken(FrameError),
-    /// Frames of a sender that must have been there.
+    /// Missing frames of a sender.
     Lost,
     /// A sender that numbers its frames from an earlier number again.
     StartedOver,
@@ -67,7 +67,7 @@ pub enum Reason {
     BadScenario,
     /// The texts of faults are too long together, or one is not text.
     BadFaults,
-    /// Everything beyond what a recording may hold.
+    /// Everything beyond the size limit of a recording.
     Full,
 }
 
@@ -105,7 +105,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// One thing that was not used.
+/// One refusal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Where it is.
@@ -122,7 +122,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Everything of a source that was not used.
+/// All refusals of a source.
 ///
 /// Keeps the first five with their places and counts the rest by reason, so that a
 /// source of nothing but garbage costs no memory. The one that ends the reading is kept
@@ -140,13 +140,13 @@ impl Refusals {
         self.first.is_empty()
     }
 
-    /// How many there are.
+    /// Number of refusals.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.first.len() as u64 + self.beyond_first()
     }
 
-    /// How many there are for one reason.
+    /// Number of refusals for one reason.
     #[must_use]
     pub fn count_of(&self, reason: Reason) -> u64 {
         let first = self.first.iter().filter(|first| first.reason == reason);

@@ -1,4 +1,4 @@
-//! What of a source belongs to its run: every rule that does not depend on the format.
+//! The rules that select the entries of a source's run, for all formats.
 
 use std::collections::VecDeque;
 use std::fmt::Display;
@@ -25,14 +25,14 @@ pub(super) enum Sender {
     Board,
 }
 
-/// What the rules let pass, in the order of the source.
+/// An accepted entry, in the order of the source.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Entry {
     /// An input. Limits, which have no stamp, count as the host's.
     Input(Sender, Input),
-    /// What a board answered.
+    /// A message of a board.
     Message(Message),
-    /// Where the robot really was.
+    /// A true pose.
     TruePose(u64, Pose),
     /// A configuration behind inputs: no input before it is used, and of the events before
     /// it only boots.
@@ -44,10 +44,10 @@ pub(super) enum Entry {
     TruthBegins,
 }
 
-/// How far the run of a recording has come.
+/// State of a recording's run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Run {
-    /// Nothing says with what configuration.
+    /// The configuration is unknown.
     Unknown,
     /// A configuration was given. A board may be amid another run until it takes it.
     Given(Sender),
@@ -174,7 +174,7 @@ impl Rules {
         self.run != Run::Unknown || self.counts.inputs > 0
     }
 
-    /// Forgets the truth so far: it belongs to a recording that ended before it began.
+    /// Drops the ground truth so far: it belongs to an earlier recording.
     pub(super) fn forget_truth(&mut self, place: Place) {
         self.truth = None;
         self.last_true_pose = None;
@@ -235,7 +235,7 @@ impl Rules {
         self.passed.push_back(Entry::Input(sender, input));
     }
 
-    /// Takes the first legal configuration; what was before it is forgotten, as a node does.
+    /// Takes the first legal configuration; everything before it is dropped, as a node does.
     ///
     /// A board's own after a host's is of the run that the board was amid, or the same.
     fn take_config(&mut self, place: Place, sender: Sender, config: Config) -> ControlFlow<()> {
@@ -273,7 +273,7 @@ impl Rules {
         ControlFlow::Continue(())
     }
 
-    /// Takes what a board answered; breaks where another run begins.
+    /// Takes a board's message; breaks where another run begins.
     pub(super) fn take_message(&mut self, place: Place, message: Message) -> ControlFlow<()> {
         self.make_room(place)?;
         if let Message::Event(Event::Configured(config)) = message {
@@ -313,7 +313,7 @@ impl Rules {
         );
     }
 
-    /// Takes where the robot really was.
+    /// Takes a true pose.
     pub(super) fn take_true_pose(
         &mut self,
         place: Place,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub(super) enum SequenceCheck {
     /// It is the next one, or the first of its sender.
     Next,
-    /// So many are missing before it.
+    /// The given number of frames is missing before it.
     Lost(u16),
     /// It is the sender's last frame again, byte for byte.
     Again,
@@ -36,7 +36,7 @@ pub(super) struct Sequences {
 
 impl Sequences {
     /// Takes the next frame: its boot id, its number, its bytes as they were written.
-    pub(super) fn follow(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> SequenceCheck {
+    pub(super) fn check(&mut self, boot_id: u8, sequence: u16, bytes: &[u8]) -> SequenceCheck {
         let Some((last, last_bytes)) = self.last.get_mut(&boot_id) else {
             self.last.insert(boot_id, (sequence, bytes.to_vec()));
             return SequenceCheck::Next;
@@ -62,21 +62,21 @@ mod tests {
     #[test]
     fn senders_are_numbered_apart() {
         let mut sequences = Sequences::default();
-        let mut follow = |boot_id, sequence| sequences.follow(boot_id, sequence, &[boot_id]);
-        assert_eq!(follow(1, 65_534), SequenceCheck::Next);
-        assert_eq!(follow(2, 7), SequenceCheck::Next);
-        assert_eq!(follow(1, 65_535), SequenceCheck::Next);
-        assert_eq!(follow(2, 10), SequenceCheck::Lost(2));
-        assert_eq!(follow(1, 0), SequenceCheck::Next);
-        assert_eq!(follow(1, 0), SequenceCheck::Again);
-        assert_eq!(follow(2, 3), SequenceCheck::Earlier);
-        assert_eq!(follow(2, 4), SequenceCheck::Next);
+        let mut check = |boot_id, sequence| sequences.check(boot_id, sequence, &[boot_id]);
+        assert_eq!(check(1, 65_534), SequenceCheck::Next);
+        assert_eq!(check(2, 7), SequenceCheck::Next);
+        assert_eq!(check(1, 65_535), SequenceCheck::Next);
+        assert_eq!(check(2, 10), SequenceCheck::Lost(2));
+        assert_eq!(check(1, 0), SequenceCheck::Next);
+        assert_eq!(check(1, 0), SequenceCheck::Again);
+        assert_eq!(check(2, 3), SequenceCheck::Earlier);
+        assert_eq!(check(2, 4), SequenceCheck::Next);
     }
 
     #[test]
     fn same_number_on_another_frame_is_a_new_start() {
         let mut sequences = Sequences::default();
-        assert_eq!(sequences.follow(1, 0, b"a"), SequenceCheck::Next);
-        assert_eq!(sequences.follow(1, 0, b"b"), SequenceCheck::Earlier);
+        assert_eq!(sequences.check(1, 0, b"a"), SequenceCheck::Next);
+        assert_eq!(sequences.check(1, 0, b"b"), SequenceCheck::Earlier);
     }
 }

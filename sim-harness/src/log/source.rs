@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Chain, Cursor, ErrorKind, Read};
 
 use super::{LogError, Place, Problem};
 
-/// Bytes that are looked at to tell the format.
+/// Bytes that are read to detect the format.
 const HEAD: u64 = 4096;
 /// Bytes after which a source that showed neither header nor frame is given up.
 const PATIENCE: u64 = 1 << 20;
@@ -52,7 +52,7 @@ impl<R: Read> ByteSource<R> {
         &self.head
     }
 
-    /// The source has shown that it has a shape: from now on it may be of any length.
+    /// Marks the format as recognised: from now on the source may be of any length.
     pub(super) fn trust(&mut self) {
         self.trusted = true;
     }
@@ -67,8 +67,8 @@ impl<R: Read> ByteSource<R> {
     /// `None` at the end of the source.
     ///
     /// # Errors
-    /// [`Problem::Unreadable`] as the system says, [`Problem::Shapeless`] beyond the
-    /// first MiB of a source that nobody trusts yet.
+    /// [`Problem::Unreadable`] with the system's error, [`Problem::Shapeless`] beyond the
+    /// first MiB of a source without a recognised format.
     pub(super) fn read_piece(
         &mut self,
         delimiter: u8,

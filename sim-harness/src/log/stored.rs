@@ -16,7 +16,7 @@ use super::{LogError, Problem};
 
 /// A recording of any length, in bounded memory.
 ///
-/// Opening it reads it once, from front to end, which decides what of it is used; each
+/// Opening it reads it once, from front to end, which decides the entries that are used; each
 /// kind of rows is then read in a pass of its own. A file that changes in between is an
 /// error. Standard input and pipes, which can be read only once, are copied to a temporary
 /// file without a name while they are read first.
@@ -29,7 +29,7 @@ pub struct StoredRecording {
     uses: Uses,
 }
 
-/// What changes when a file is written to.
+/// The metadata that a write to a file changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stamp {
     length: u64,
@@ -128,7 +128,7 @@ impl StoredRecording {
         })
     }
 
-    /// What a board answered, in the order of the source.
+    /// The board's messages, in the order of the source.
     ///
     /// # Errors
     /// The file cannot be read again.
@@ -143,7 +143,7 @@ impl StoredRecording {
         })
     }
 
-    /// Where the robot really was: stamps in microseconds, never decreasing.
+    /// The true poses: stamps in microseconds, never decreasing.
     ///
     /// # Errors
     /// The file cannot be read again.
@@ -193,8 +193,7 @@ impl StoredRecording {
 type OnBytes<'a> = Box<dyn FnMut(u64) + 'a>;
 
 /// The rows of one kind, in the order of the source.
-///
-/// They end early when the source fails; [`finish`](Self::finish) tells.
+/// They end early when the source fails; [`finish`](Self::finish) returns the error.
 #[must_use]
 pub struct Rows<'a, T> {
     recording: &'a StoredRecording,
@@ -202,7 +201,7 @@ pub struct Rows<'a, T> {
     pick: fn(Entry) -> Option<T>,
     /// Number of the next entry.
     number: u64,
-    /// Rows that are still to come: behind the last of them nothing is read.
+    /// Rows that are still to come: after the last of them nothing is read.
     left: u64,
     failed: Option<LogError>,
 }

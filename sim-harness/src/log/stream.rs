@@ -1,9 +1,8 @@
 //! The bytes of the link: frames of a host and of the board that answers it.
 //!
-//! `docs/protocol.md` is the specification of a frame. In a file, frames of several
-//! senders lie one after another, told apart by their boot ids; each sender's
-//! sequence numbers are followed on their own, so that interleaving costs nothing and
-//! a lost frame shows as a gap.
+//! `docs/protocol.md` is the specification of a frame. In a file, frames of several senders
+//! lie one after another, distinguished by their boot ids; each sender's sequence numbers
+//! are checked separately, so that interleaved frames are no gap and a lost frame is one.
 
 use std::io::Read;
 use std::ops::ControlFlow;
@@ -39,18 +38,18 @@ struct ScenarioText {
 struct FaultTexts {
     texts: Vec<(Place, u64, Vec<u8>)>,
     bytes: usize,
-    /// Where there was too much of it.
+    /// Where the texts became too long.
     too_long: Option<Place>,
 }
 
-/// What comes in pieces.
+/// The texts that arrive in pieces.
 #[derive(Debug, Default)]
 struct ChunkedTexts {
     scenario: ScenarioText,
     faults: FaultTexts,
 }
 
-/// How far a source of frames has been read.
+/// State of the reader of frames.
 #[derive(Debug, Default)]
 pub(super) struct Frames {
     sequences: Sequences,
@@ -104,7 +103,7 @@ impl Frames {
     fn take(&mut self, rules: &mut Rules, place: Place, frame: Frame) -> ControlFlow<()> {
         let mut continuity = self
             .sequences
-            .follow(frame.boot_id, frame.sequence, &self.encoded);
+            .check(frame.boot_id, frame.sequence, &self.encoded);
         let is_configuration = matches!(frame.message, Message::Input(Input::Configure(_)));
         if is_configuration && self.encoded != self.before {
             // A line repeats a frame directly behind it. With frames of the board in between,
@@ -136,7 +135,7 @@ impl Frames {
         take(rules, &mut self.pieces, place, (sender, frame.message))
     }
 
-    /// Takes what came in pieces, at the end of the source.
+    /// Takes the collected texts at the end of the source.
     pub(super) fn finish(&mut self, rules: &mut Rules) {
         let ChunkedTexts { scenario, faults } = std::mem::take(&mut self.pieces);
         scenario.finish(rules);
@@ -208,7 +207,7 @@ impl ScenarioText {
         }
     }
 
-    /// Hands the joined text over; half a scenario would be another one.
+    /// Passes on the joined text; an incomplete scenario is refused.
     fn finish(self, rules: &mut Rules) {
         let Some(place) = self.begins else {
             return;
@@ -235,7 +234,7 @@ impl FaultTexts {
         }
     }
 
-    /// Hands the texts over; half of one would be another one.
+    /// Passes on the texts; an incomplete one is refused.
     fn finish(self, rules: &mut Rules) {
         if let Some(place) = self.too_long {
             let text = "more than 4 KiB of faults: none are told";

@@ -8,11 +8,10 @@ use amiro_ipf::node::Input;
 /// Boot id of a recording host; a board draws its own.
 const HOST_BOOT_ID: u8 = 0xA5;
 
-/// Writes what a host tells a board, what a simulator knows and what a board answers.
-///
-/// Every frame ends with its zero byte, so that a recording that breaks off has lost
-/// its last frame at most. Writes go to `W` one frame at a time: give it a buffered
-/// writer. The file is `W`'s to finish; see [`finish`](Self::finish).
+/// Writes a host's inputs, a simulator's ground truth and a board's messages. Every frame
+/// ends with its zero byte, so that a cut recording has lost at most its last frame. Writes
+/// go to `W` one frame at a time: give it a buffered writer. The file is `W`'s to finish;
+/// see [`finish`](Self::finish).
 #[derive(Debug)]
 pub struct RecordingWriter<W: Write> {
     write: W,
@@ -20,10 +19,10 @@ pub struct RecordingWriter<W: Write> {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Begins a recording, with the zero byte that tells its format.
+    /// Begins a recording, with the zero byte that identifies its format.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn new(mut write: W) -> Result<Self, Error> {
         write.write_all(&[0])?;
         Ok(Self {
@@ -35,7 +34,7 @@ impl<W: Write> RecordingWriter<W> {
     /// Writes an input; the first should be the configuration.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_input(&mut self, input: &Input) -> Result<(), Error> {
         self.write_message(&Message::Input(*input))
     }
@@ -43,7 +42,7 @@ impl<W: Write> RecordingWriter<W> {
     /// Writes a true pose, a seed or a piece of a scenario.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_truth(&mut self, truth: &TruthMessage) -> Result<(), Error> {
         self.write_message(&Message::Truth(truth.clone()))
     }
@@ -53,7 +52,7 @@ impl<W: Write> RecordingWriter<W> {
     /// Readers take at most 64 KiB.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_scenario(&mut self, text: &str) -> Result<(), Error> {
         for chunk in text.as_bytes().chunks(SCENARIO_CHUNK) {
             // A chunk is at most as long as its place: nothing is cut.
@@ -63,13 +62,13 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
-    /// Writes the text of what was broken on purpose and the seed of what was random about
-    /// it, in as many pieces as it takes.
+    /// Writes the text of the injected faults and the seed of their random part, in as many
+    /// pieces as it takes.
     ///
     /// Readers take at most 4 KiB of all such texts; two in a row need two seeds.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_faults(&mut self, text: &str, seed: u64) -> Result<(), Error> {
         for chunk in text.as_bytes().chunks(FAULTS_CHUNK) {
             let text = chunk.iter().copied().collect();
@@ -82,7 +81,7 @@ impl<W: Write> RecordingWriter<W> {
     /// number used up: for a line that may lose it.
     ///
     /// # Errors
-    /// An input that does not fit into a frame; none is as long.
+    /// An input that does not fit into a frame; there is none.
     pub fn frame_of(&mut self, input: &Input) -> Result<&[u8], Error> {
         match self.encoder.encode(&Message::Input(*input)) {
             [] => Err(Error::other("a message does not fit into a frame")),
@@ -90,21 +89,21 @@ impl<W: Write> RecordingWriter<W> {
         }
     }
 
-    /// Writes whole frames that a board answered, as they came.
+    /// Writes whole frames of a board unchanged.
     ///
     /// A last zero byte that is missing is added, so that the next frame is not lost
     /// with this one.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_frames(&mut self, frames: &[u8]) -> Result<(), Error> {
         self.write_frames_of(frames)
     }
 
-    /// The same for frames that are read from somewhere.
+    /// The same for frames from a reader.
     ///
     /// # Errors
-    /// What `W` or the reader says.
+    /// The error of `W` or of the reader.
     pub fn write_frames_of(&mut self, mut frames: impl BufRead) -> Result<(), Error> {
         let mut last = 0;
         loop {
@@ -126,15 +125,15 @@ impl<W: Write> RecordingWriter<W> {
     /// Flushes what was written so far.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn flush(&mut self) -> Result<(), Error> {
         self.write.flush()
     }
 
-    /// Flushes, and gives back what was written to.
+    /// Flushes, and returns `W`.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn finish(mut self) -> Result<W, Error> {
         self.write.flush()?;
         Ok(self.write)
@@ -143,7 +142,7 @@ impl<W: Write> RecordingWriter<W> {
     /// Writes any message.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write_message(&mut self, message: &Message) -> Result<(), Error> {
         match self.encoder.encode(message) {
             [] => Err(Error::other("a message does not fit into a frame")),

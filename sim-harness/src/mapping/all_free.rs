@@ -1,11 +1,11 @@
-//! The map that is free everywhere: what a score is worth shows beside it.
+//! The map that is free everywhere, as a baseline of the scores.
 
 use super::{Belief, Map, Mapper};
 use crate::drive::Record;
 use crate::geometry::Rectangle;
 use crate::lattice::Cell;
 
-/// Maps every cell of a rectangle as free, whatever is sensed.
+/// Maps every cell of a rectangle as free, without regard to the readings.
 #[derive(Clone, Debug)]
 pub struct AllFreeMapper {
     map: Map,

@@ -1,4 +1,4 @@
-//! What is believed of a cell.
+//! The belief in a cell: occupied, free, unknown or in conflict.
 
 /// How much belief lies on each answer to "is the cell occupied?"; the four sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

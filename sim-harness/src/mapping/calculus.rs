@@ -2,10 +2,10 @@
 
 use super::Belief;
 
-/// What one measurement is worth for one cell.
+/// The evidence of one measurement for one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
-    /// Whether it speaks for occupied; else for free.
+    /// Whether it is evidence for occupied; otherwise for free.
     pub is_occupied: bool,
     /// Its weight, above 0.
     pub weight: f64,
@@ -13,22 +13,21 @@ pub struct Evidence {
 
 /// A way to hold and combine evidence.
 pub trait Calculus {
-    /// What is held of one cell.
+    /// The evidence for one cell.
     type Held: Clone;
 
-    /// What is held of a cell without evidence.
+    /// The state of a cell without evidence.
     fn blank(&self) -> Self::Held;
 
     /// Adds evidence to a cell.
     fn update(&self, held: &mut Self::Held, evidence: Evidence);
 
-    /// What follows from the evidence of a cell.
+    /// The belief from the evidence of a cell.
     fn belief(&self, held: &Self::Held) -> Belief;
 }
 
 /// Counts of occupied and free (paper equations 3 and 4).
-///
-/// Each piece of evidence is one count whatever its weight. At 65 535 both counts halve,
+/// Each piece of evidence is one count, with any weight. At 65 535 both counts halve,
 /// which keeps their ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts;

@@ -13,10 +13,10 @@ const ROUNDING_M: f64 = 1e-6;
 /// A mapper whose map is free wherever the robot's hull has been.
 ///
 /// Not in the paper. A cell is free if its centre lies strictly inside the hull, a disc
-/// about the robot's centre, at some pose of the robot: at each recorded pose, and on
-/// the straight way between two poses in a row. A wall that touches the hull keeps its
-/// cells. The way is not swept across a reset of the odometry, nor over more than a
-/// diameter of the hull: poses are then missing and the way between the two is unknown.
+/// about the robot's centre, at some pose of the robot: at each recorded pose, and on the
+/// straight line between two poses in a row. A wall that touches the hull keeps its cells.
+/// The path is not swept across a reset of the odometry, nor over more than a diameter of
+/// the hull: poses are then missing and the path between the two is unknown.
 ///
 /// The footprint replaces the mapper's evidence in the finished map, instead of being
 /// counted with it. The mapped world does not move, so that a place where the hull has

@@ -98,7 +98,7 @@ impl<T: Clone> Grid<T> {
         self.first
     }
 
-    /// Number of cells asked for and refused because the grid would exceed [`MAX_CELLS`],
+    /// Number of cells refused because the grid would exceed [`MAX_CELLS`],
     /// repetitions included: above zero, the grid is cut.
     #[must_use]
     pub fn refused(&self) -> u64 {

@@ -11,7 +11,7 @@
 //!
 //! A cell is represented by its centre. The weight is 1 on the sensor's axis (see
 //! [`sensors`](crate::sensors)); with a decay length z_0 it is multiplied by 1 - z / z_0,
-//! at least 0, where z is the measured range: far echoes of a wide cone say less.
+//! at least 0, where z is the measured range: far echoes of a wide cone are weaker evidence.
 //!
 //! Korthals et al. 2016 compare their filter with such a map, name their sources
 //! (section 5, Stachniss and Haehnel) and print no formula. [`InverseSensorParameters`]
@@ -90,7 +90,7 @@ impl InverseSensorParameters {
         Self { no_echo, ..self }
     }
 
-    /// What a region of a return is evidence for; `None` for nothing.
+    /// The evidence of a region of a return; `None` for no evidence.
     fn evidence(&self, region: Region) -> Option<Evidence> {
         let is_occupied = match (region, self.no_echo) {
             (Region::AtEcho, _) => true,
@@ -110,7 +110,7 @@ impl InverseSensorParameters {
         })
     }
 
-    /// What is left of an echo's weight at a range.
+    /// The weight of an echo at a range.
     fn decay(&self, range_m: f64) -> f64 {
         let share = |decay_m: f64| (1.0 - range_m / decay_m).max(0.0);
         self.decay_m.map_or(1.0, share)

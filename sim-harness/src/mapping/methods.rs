@@ -26,7 +26,7 @@ pub struct Method {
     pub build: fn(&Setup<'_>) -> Box<dyn Mapper>,
 }
 
-/// What a mapper is made for.
+/// The arguments of a mapper's constructor.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
     /// The robot.
@@ -35,7 +35,7 @@ pub struct Setup<'a> {
     pub cell_m: f64,
     /// Whether the robot's footprint is free in the map (see [`FootprintMapper`]).
     pub footprint: bool,
-    /// What returns without an echo count as; `None` for the method's own rule.
+    /// The rule for returns without an echo; `None` for the method's own rule.
     pub no_echo: Option<NoEcho>,
     /// The rectangle that [`Method::ALL_FREE`] maps; without one its map is empty.
     pub extent: Option<Rectangle>,
@@ -98,7 +98,7 @@ impl Method {
         let decay_m = Some(5.0);
         ism(s, InverseSensorParameters { decay_m, ..RANGE })
     });
-    /// No method: every cell of a rectangle is free, whatever is measured.
+    /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
     });

@@ -50,11 +50,11 @@ impl<M: Mapper + ?Sized> Mapper for Box<M> {
     }
 }
 
-/// A map: what is believed of each cell.
+/// A map: the belief in each cell.
 pub type Map = Grid<Belief>;
 
 impl Map {
-    /// A map of cells of the given size, metres, in which nothing is known.
+    /// A map of unknown cells of the given size, metres.
     #[must_use]
     pub fn unknown(cell_m: f64) -> Self {
         Self::new(cell_m, Belief::UNKNOWN)

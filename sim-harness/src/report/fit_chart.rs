@@ -1,4 +1,4 @@
-//! A fit of the photometric law: measured and expected counts, and what is left.
+//! A fit of the photometric law: measured and expected counts, and the residuals.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,7 @@ pub fn fit_chart(fit: &Fit) -> Picture {
     beside(&[counts.render(), residuals.render()])
 }
 
-/// The ends of an axis that holds all values, with a tenth of room on both sides.
+/// The ends of an axis that includes all values, with a margin of a tenth on both sides.
 fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))

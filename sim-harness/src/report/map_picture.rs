@@ -18,7 +18,7 @@ pub const OUTLINE: Colour = [225, 30, 30];
 /// Greatest width and height of a picture of a map, pixels.
 pub const MAX_SIDE_PX: usize = 4096;
 
-/// Unknown cells around what is shown.
+/// Margin of unknown cells around the shown cells.
 const MARGIN_CELLS: i32 = 5;
 
 /// White border around everything, pixels.
@@ -33,7 +33,7 @@ const TITLE_LINES: usize = 3;
 /// Distance between points on an outline, metres.
 const OUTLINE_M: f64 = 0.002;
 
-/// What is drawn besides the cells; the default is nothing.
+/// Additions to the cells; none by default.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MapPicture<'a> {
     /// A line of text above the map; broken into at most three when the map is narrow.
@@ -60,8 +60,7 @@ pub struct MapPicture<'a> {
 
 impl MapPicture<'_> {
     /// Draws a map: white free, black occupied, grey unknown; x to the right, y upward.
-    ///
-    /// Shows the known cells, or the asked window, and the path with five cells around.
+    /// Shows the known cells, or the given window, and the path, with a margin of five cells.
     /// A cell is a square of 3 to 24 pixels, so that the longer side has about 900. A map
     /// that would exceed [`MAX_SIDE_PX`] has smaller cells, and then a pixel for a square
     /// of cells: occupied if one of them is, else free if one of them is. A map without a
@@ -136,7 +135,7 @@ fn cut_in_words(refused: u64) -> String {
     format!("MAP CUT at {MAX_CELLS} cells: {refused} updates of cells refused")
 }
 
-/// What is drawn for a map without a known cell.
+/// The text of a map without a known cell.
 fn unknown() -> Picture {
     let (text, font) = ("no cell is known", Font::SMALL);
     let (width, height) = (NARROWEST, 3 * font.height());
@@ -336,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_without_a_known_cell_says_so() {
+    fn a_map_without_a_known_cell_has_a_note() {
         let mut grid = Map::unknown(0.01);
         let picture = MapPicture::default().render(&grid);
         assert!(picture.width() <= 400 && picture.height() <= 200);
@@ -355,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_that_is_cut_says_so_in_red() {
+    fn a_map_that_is_cut_has_a_red_note() {
         let mut grid = map(0.01, &["#"]);
         let whole = MapPicture::default().render(&grid);
         assert_eq!(count(&whole, OUTLINE), 0);
@@ -449,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_bar_is_as_long_as_it_says() {
+    fn the_scale_bar_has_the_length_of_its_label() {
         // 90 known cells of 10 mm and a margin: 9 pixels a cell, 100 mm are 90 pixels.
         let row = ".".repeat(90);
         let picture = MapPicture::default().render(&map(0.01, &[row.as_str(); 90]));

@@ -237,7 +237,7 @@ mod tests {
             pair.yaml
         );
         std::fs::remove_dir_all(&folder).unwrap();
-        let said = pair.save(&folder).unwrap_err().to_string();
-        assert!(said.contains("map.pgm"), "{said}");
+        let message = pair.save(&folder).unwrap_err().to_string();
+        assert!(message.contains("map.pgm"), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! A picture in memory, and its way into a PNG file.
+//! A picture in memory, and its PNG encoding.
 
 use std::io::{self, Write};
 use std::path::Path;

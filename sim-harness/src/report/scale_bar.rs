@@ -23,7 +23,8 @@ pub(crate) fn draw_scale_bar(picture: &mut Picture, (x, y): (usize, usize), pixe
     Font::SMALL.draw(picture, x + length + 8, y, &label, INK);
 }
 
-/// The first of 1, 2, 5, 10, ... that is no shorter than asked, in metres and in words.
+/// The first of 1, 2, 5, 10, ... that is not shorter than the given length, in metres and
+/// in words.
 fn scale(shortest_m: f64) -> (f64, String) {
     const UNITS: [(f64, &str); 4] = [(1e-6, "um"), (1e-3, "mm"), (1.0, "m"), (1e3, "km")];
     for (unit_m, unit) in UNITS {

@@ -44,7 +44,7 @@ impl Font {
 
     /// The text in lines no wider than given, broken at spaces where there are some.
     ///
-    /// At most `lines`; what does not fit ends in "...".
+    /// At most `lines`; a longer text ends in "...".
     pub(crate) fn wrapped(self, text: &str, width: usize, lines: usize) -> Vec<String> {
         let room = (width / self.advance()).max(4);
         let mut wrapped = vec![String::new()];
@@ -72,11 +72,11 @@ impl Font {
     /// Draws one line of text with its upper left corner at (x, y).
     pub(crate) fn draw(self, picture: &mut Picture, x: usize, y: usize, text: &str, ink: Colour) {
         for (index, letter) in text.chars().enumerate() {
-            let Some(raster) = self.raster(letter).or_else(|| self.raster(MISSING)) else {
+            let Some(glyph) = self.glyph(letter).or_else(|| self.glyph(MISSING)) else {
                 continue;
             };
             let left = x + index * self.advance();
-            for (down, row) in raster.rows().enumerate() {
+            for (down, row) in glyph.rows().enumerate() {
                 for (along, covered) in row.iter().enumerate() {
                     picture.blend(left + along, y + down, ink, *covered);
                 }
@@ -84,7 +84,7 @@ impl Font {
         }
     }
 
-    fn raster(self, letter: char) -> Option<RasterizedChar> {
+    fn glyph(self, letter: char) -> Option<RasterizedChar> {
         get_raster(letter, FontWeight::Regular, self.height)
     }
 }

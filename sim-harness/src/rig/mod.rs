@@ -1,4 +1,4 @@
-//! A robot as data: its size, and where which sensors sit on it.
+//! A robot as data: its size, and the poses of its sensors.
 
 mod amiro;
 mod file;
@@ -17,7 +17,7 @@ use crate::sensors::Sensor;
 pub struct Rig {
     /// A short name, without control characters.
     pub name: String,
-    /// What the robot is, in a sentence.
+    /// A description of the robot in one sentence.
     pub about: String,
     /// Radius of the hull around the origin, metres.
     pub radius_m: f64,
@@ -30,9 +30,9 @@ pub struct Rig {
 /// One sensor on a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorMount {
-    /// What the sensor is called, without control characters.
+    /// Name of the sensor, without control characters.
     pub name: String,
-    /// Where it sits and looks; its axis is the sensor frame's x.
+    /// Pose of the sensor; its axis is the sensor frame's x.
     pub body_from_sensor: Pose2,
     /// How it measures.
     pub sensor: Sensor,

@@ -1,4 +1,4 @@
-//! What of a robot's faults happens on its two I2C buses, byte by byte.
+//! The faults of a robot's two I2C buses, byte by byte.
 
 use core::ops::{Range, RangeInclusive};
 
@@ -9,23 +9,23 @@ use crate::bus::{
 };
 use crate::faults::{ActiveFault, ActiveFaults, Component, Kind};
 
-/// A loose contact fails for a round or does not.
+/// Time slot of a loose contact: one round.
 const SLOT_NS: u64 = ROUND_US * 1_000;
 /// Distances of disturbed bytes, and of a multiplexer's jumps.
 const DISTURBED: RangeInclusive<u32> = 1..=39;
 const JUMPS: RangeInclusive<u32> = 1..=199;
 
 impl ActiveFaults {
-    /// Writes what happens on the buses into their scripts.
+    /// Writes the faults of the buses into their scripts.
     ///
-    /// The drive begins at `starts_us` of the buses' own time. What is broken when it
-    /// begins has been so since the power came up.
+    /// The drive begins at `starts_us` of the buses' own time. A fault at its begin is
+    /// active since the power came up.
     pub fn script(&self, buses: &mut RobotBuses, starts_us: u64) {
         let at_ns = |drive_us: u64| drive_us.saturating_add(starts_us).saturating_mul(1_000);
         for (place, fault) in self.iter().enumerate() {
             let Range { start, end } = fault.when_us;
             let from_ns = if start == 0 { 0 } else { at_ns(start) };
-            // Two loose contacts are not loose at the same times.
+            // Two loose contacts fail at different times.
             let seed = self.seed().wrapping_add(1 + place as u64).rotate_left(32);
             script(buses, fault, from_ns..at_ns(end), seed);
         }

@@ -1,4 +1,4 @@
-//! Frames on their way over the robot's bus, and what befalls them there.
+//! Frames on the robot's CAN bus and their faults.
 
 use std::collections::VecDeque;
 
@@ -17,18 +17,18 @@ const FRAME_STREAM: u64 = 0x66_7261_6d65;
 pub(super) struct Arrived {
     /// When, microseconds after the power came up.
     pub(super) at_us: u64,
-    /// When the pose that was sent was reckoned.
+    /// When the pose was computed.
     pub(super) updated_us: u64,
-    /// What it carries.
+    /// The frame.
     pub(super) frame: CanFrame,
 }
 
-/// The frames between the board that sends them and the one that hears them.
+/// The frames between the sending and the receiving board.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameWay {
     on_the_way: VecDeque<Arrived>,
     last_passed_us: Option<u64>,
-    /// What all frames say.
+    /// The pose of all frames, if they are stuck.
     held: Option<Pose>,
 }
 
@@ -81,7 +81,7 @@ impl FrameWay {
         });
     }
 
-    /// The next frame that has arrived by a time; asked again, the one after it.
+    /// The next frame that has arrived by a time; the next call gives the one after it.
     pub(super) fn arrived_by(&mut self, now_us: u64) -> Option<Arrived> {
         let next = self.on_the_way.front()?;
         (next.at_us <= now_us).then(|| self.on_the_way.pop_front())?

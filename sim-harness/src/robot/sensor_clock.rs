@@ -1,4 +1,4 @@
-//! The clocks of the robot's parts, which run by themselves.
+//! The independent clocks of the robot's parts.
 
 use amiro_ipf::random::{Generator, uniform_below};
 
@@ -12,7 +12,7 @@ const CLOCK_STREAM: u64 = 0x63_6c6f_636b;
 pub enum SensorClocks {
     /// Each at a time of its own, by a clock that is up to 5 % fast or slow.
     Scattered {
-        /// Of the phases and errors.
+        /// Seed of the phases and errors.
         seed: u64,
     },
     /// All at this time of each round, from the second after the power came up on.
@@ -22,9 +22,9 @@ pub enum SensorClocks {
     },
 }
 
-/// When the parts do what they do: no two of them have a clock in common.
+/// The timing of the parts, each of which has its own clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rhythm {
+pub struct PartClocks {
     /// The sensors.
     pub sensors: SensorClocks,
     /// First update of the odometry after the power came up, microseconds.
@@ -33,7 +33,7 @@ pub struct Rhythm {
     pub first_frame_us: u64,
 }
 
-impl Rhythm {
+impl PartClocks {
     /// Phases and errors that a seed draws.
     #[must_use]
     pub fn drawn(seed: u64) -> Self {

@@ -1,4 +1,4 @@
-//! The robot: ticks of its patrol, transactions, frames, and what comes of them.
+//! The simulated robot: polls, transactions, frames, and the reports that follow.
 
 use std::collections::VecDeque;
 
@@ -16,26 +16,26 @@ use amiro_ipf::random::Generator;
 use super::bring_up::buses;
 use super::frames::FrameWay;
 use super::wheel_module::WheelModule;
-use super::{Rhythm, Scene, SensorClocks};
+use super::{PartClocks, SensedWorld, SensorClocks};
 use crate::bus::RobotBuses;
 use crate::faults::{ActiveFaults, Component, Kind, period_us};
 use crate::world::{Options, Scenario};
 
-/// Between two patrols of the flash image: 2 kHz.
-const PATROL_US: u64 = 500;
-/// Patrols between two reports of health.
+/// Period of the flash image's poll: 2 kHz.
+const POLL_PERIOD_US: u64 = 500;
+/// Polls between two reports of health.
 const HEALTH_EVERY: u64 = 250;
-/// The robot stands so long after its power came up: the sensors have earned trust and
-/// the odometry has been heard several times. A whole number of rounds.
+/// Standstill after power-up: the sensors become good and several odometry frames arrive. A
+/// whole number of rounds.
 pub const STARTS_DRIVING_US: u64 = 400_000;
-/// And so long at the end: the last frame and the last round.
+/// Standstill at the end: the last frame and the last round.
 const STANDS_US: u64 = 100_000;
 /// Sensors that measure together do so from the second round on.
 const TOGETHER_FROM_US: u64 = 8_000;
 /// Keeps garbage apart from all other noise: "garbage".
 const GARBAGE_STREAM: u64 = 0x67_6172_6261_6765;
 
-/// What the senses report, and when.
+/// A report of the acquisition with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcquisitionReport {
     /// Microseconds after the power came up.
@@ -44,7 +44,7 @@ pub struct AcquisitionReport {
     pub content: ReportContent,
 }
 
-/// What the senses report: what the flash image's sampler tells its program.
+/// A report of the acquisition, as from the flash image's sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReportContent {
     /// Samples, an input for the node.
@@ -53,10 +53,10 @@ pub enum ReportContent {
     Pose {
         /// The input.
         input: Input,
-        /// When the pose was reckoned, which no robot knows of its frames.
+        /// When the pose was computed, which a frame does not contain.
         updated_us: u64,
     },
-    /// How the parts are.
+    /// The health of the parts.
     Health(Health),
     /// The offsets were read.
     Offsets(OffsetReport),
@@ -73,51 +73,50 @@ impl ReportContent {
     }
 }
 
-/// A simulated robot on its drive: an iterator over what its senses report.
+/// A simulated robot on its drive: an iterator over the reports of its acquisition.
 ///
 /// Equal arguments give equal reports, bit for bit, on every machine. It stands for
 /// [`STARTS_DRIVING_US`] first; its stamps count from when its power came up.
 #[derive(Debug)]
 pub struct Robot {
-    scene: Scene,
+    sensed_world: SensedWorld,
     faults: ActiveFaults,
     seed: u64,
     clocks: SensorClocks,
     buses: RobotBuses,
-    senses: Acquisition,
+    acquisition: Acquisition,
     wheels: WheelModule,
     frames: FrameWay,
     now_us: u64,
-    patrols: u64,
+    polls: u64,
     /// The measurement of each sensor that its signal is set for.
     prepared_ns: [Option<u64>; SENSORS],
     /// What a stuck sensor measures.
-    held: [Option<u16>; SENSORS],
+    stuck_at: [Option<u16>; SENSORS],
     reports: VecDeque<AcquisitionReport>,
 }
 
 impl Robot {
-    /// A robot at the start of a scenario, with clocks that the seed draws.
-    ///
-    /// The options' dropout is not its own: samples get lost on the buses. Of the
-    /// odometries it has wheel errors or none.
+    /// A robot at the start of a scenario, with clocks that the seed draws. The options'
+    /// dropout is ignored: samples get lost on the buses. Its odometry has wheel errors or
+    /// none.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: ActiveFaults) -> Self {
-        Self::with_rhythm(scenario, seed, options, faults, &Rhythm::drawn(seed))
+        Self::with_clocks(scenario, seed, options, faults, &PartClocks::drawn(seed))
     }
 
     /// A robot whose parts run by the given clocks.
     #[must_use]
-    pub fn with_rhythm(
+    pub fn with_clocks(
         scenario: &Scenario,
         seed: u64,
         options: &Options,
         faults: ActiveFaults,
-        rhythm: &Rhythm,
+        part_clocks: &PartClocks,
     ) -> Self {
-        let scene = Scene::of(scenario, seed, options);
-        let mut buses = buses(scene.used());
-        match rhythm.sensors {
+        let sensed_world = SensedWorld::of(scenario, seed, options);
+        let mut buses = buses(sensed_world.used());
+        match part_clocks.sensors {
             SensorClocks::Scattered { seed } => buses.scatter_clocks(seed),
             SensorClocks::Together { .. } => {
                 for sensor in 0..SENSORS {
@@ -130,18 +129,24 @@ impl Robot {
         }
         faults.script(&mut buses, STARTS_DRIVING_US);
         Self {
-            wheels: WheelModule::new(scene.drive(), STARTS_DRIVING_US, seed, options, rhythm),
+            wheels: WheelModule::new(
+                sensed_world.drive(),
+                STARTS_DRIVING_US,
+                seed,
+                options,
+                part_clocks,
+            ),
             frames: FrameWay::default(),
-            scene,
+            sensed_world,
             faults,
             seed,
-            clocks: rhythm.sensors,
+            clocks: part_clocks.sensors,
             buses,
-            senses: Acquisition::new(),
+            acquisition: Acquisition::new(),
             now_us: 0,
-            patrols: 0,
+            polls: 0,
             prepared_ns: [None; SENSORS],
-            held: [None; SENSORS],
+            stuck_at: [None; SENSORS],
             reports: VecDeque::new(),
         }
     }
@@ -149,52 +154,55 @@ impl Robot {
     /// Where the robot is at a time after its power came up.
     #[must_use]
     pub fn true_pose_at(&self, at_us: u64) -> Pose {
-        self.scene.pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
+        self.sensed_world
+            .pose_at(at_us.saturating_sub(STARTS_DRIVING_US))
     }
 
-    /// How each sensor is, as the senses know it by now.
+    /// The current state of each sensor, by the acquisition.
     #[must_use]
     pub fn sensors(&self) -> [SensorState; SENSORS] {
-        self.senses.sensors(self.now_us).map(|sensor| sensor.state)
+        self.acquisition
+            .sensors(self.now_us)
+            .map(|sensor| sensor.state)
     }
 
-    /// How the parts are by now.
+    /// The current health of the parts.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
-            sensors: self.senses.sensors(self.now_us),
-            buses: self.senses.buses(),
+            sensors: self.acquisition.sensors(self.now_us),
+            buses: self.acquisition.buses(),
             can: CanHealth {
                 state: CanState::On,
-                ..self.senses.can()
+                ..self.acquisition.can()
             },
             seed: SeedSource::Configured,
-            offsets: self.senses.offset_origin(),
+            offsets: self.acquisition.offset_origin(),
         }
     }
 
-    /// Half a millisecond, as the flash image spends it.
-    fn patrol(&mut self) {
+    /// Simulates half a millisecond of the flash image.
+    fn poll(&mut self) {
         self.take_frames();
         self.buses.advance_to(self.now_us * 1_000);
-        self.light_the_sensors();
-        let until_us = self.now_us + PATROL_US;
-        // What is pending now is begun; a round that begins now is, at the next patrol.
+        self.set_signals();
+        let until_us = self.now_us + POLL_PERIOD_US;
+        // Pending transactions begin now; those of a round that begins now, at the next poll.
         let pending = BUSES.map(|bus| {
-            // A transaction that waited for a wire that is held may have taken longer than
-            // a patrol.
+            // A transaction that waited for a held wire may have taken longer than a poll
+            // period.
             let is_late = self.buses.bus_mut(index_of(bus)).now_ns() / 1_000 >= until_us;
-            let next = (!is_late).then(|| self.senses.next(bus, self.now_us));
+            let next = (!is_late).then(|| self.acquisition.next(bus, self.now_us));
             (bus, next.flatten())
         });
-        if let Some(input) = self.senses.poll(self.now_us) {
+        if let Some(input) = self.acquisition.poll(self.now_us) {
             self.report(ReportContent::Samples(input));
         }
-        if let Some(offsets) = self.senses.take_offsets() {
+        if let Some(offsets) = self.acquisition.take_offsets() {
             self.report(ReportContent::Offsets(offsets));
         }
-        self.patrols += 1;
-        if self.patrols.is_multiple_of(HEALTH_EVERY) {
+        self.polls += 1;
+        if self.polls.is_multiple_of(HEALTH_EVERY) {
             self.report(ReportContent::Health(self.health()));
         }
         for (bus, pending) in pending {
@@ -208,7 +216,7 @@ impl Robot {
         self.reports.push_back(AcquisitionReport { at_us, content });
     }
 
-    /// Executes a bus's transactions, one after the other, until a patrol's time is over.
+    /// Executes a bus's transactions, one after the other, until the poll period is over.
     fn serve(&mut self, bus: Bus, pending: Option<BusTransaction>, until_us: u64) {
         let line = self.buses.bus_mut(index_of(bus));
         let mut next = pending;
@@ -216,23 +224,23 @@ impl Robot {
             let result = line.run(&transaction);
             let result = result.as_deref().map_err(|error| (*error).into());
             let now_us = line.now_ns() / 1_000;
-            self.senses.answer(bus, now_us, result);
+            self.acquisition.answer(bus, now_us, result);
             if now_us >= until_us {
                 return;
             }
-            next = self.senses.next(bus, now_us);
+            next = self.acquisition.next(bus, now_us);
         }
     }
 
-    /// Takes the frames that came since the patrol before, each at its own time.
+    /// Takes the frames since the last poll, each at its own time.
     fn take_frames(&mut self) {
-        while let Some(sent) = self.wheels.sent_by(self.now_us, self.scene.drive()) {
+        while let Some(sent) = self.wheels.sent_by(self.now_us, self.sensed_world.drive()) {
             let drive_us = sent.at_us.saturating_sub(STARTS_DRIVING_US);
             self.frames.take(sent, drive_us, &self.faults);
         }
         while let Some(arrived) = self.frames.arrived_by(self.now_us) {
-            let heard = self.senses.take_frame(arrived.at_us, &arrived.frame);
-            if let CanAction::Input(input) = heard {
+            let action = self.acquisition.take_frame(arrived.at_us, &arrived.frame);
+            if let CanAction::Input(input) = action {
                 self.reports.push_back(AcquisitionReport {
                     at_us: arrived.at_us,
                     content: ReportContent::Pose {
@@ -244,10 +252,10 @@ impl Robot {
         }
     }
 
-    /// Puts before each sensor what its measurement under way is to give: each has one
-    /// every 8 ms, so that none is missed.
-    fn light_the_sensors(&mut self) {
-        for sensor in self.scene.used().iter() {
+    /// Sets the signal of each sensor's measurement under way: there is one every 8 ms, so
+    /// that none is missed.
+    fn set_signals(&mut self) {
+        for sensor in self.sensed_world.used().iter() {
             let part = self.buses.sensor_mut(sensor);
             let Some(at_ns) = part.measures_at_ns() else {
                 self.prepared_ns[sensor] = None;
@@ -272,7 +280,7 @@ impl Robot {
                 _ => at_ns,
             };
             if self.prepared_ns[sensor].replace(at_ns) != Some(at_ns) {
-                self.light(sensor, at_ns);
+                self.set_signal(sensor, at_ns);
             }
         }
     }
@@ -288,7 +296,7 @@ impl Robot {
         slow.max()
     }
 
-    fn light(&mut self, sensor: usize, at_ns: u64) {
+    fn set_signal(&mut self, sensor: usize, at_ns: u64) {
         let drive_ns = at_ns.cast_signed() - (STARTS_DRIVING_US * 1_000).cast_signed();
         let drive_us = u64::try_from(drive_ns / 1_000).unwrap_or(0);
         let component = Component::Sensor(sensor);
@@ -298,7 +306,7 @@ impl Robot {
             _ => None,
         });
         let seen_ns = drive_ns - late.max().unwrap_or(0).cast_signed();
-        let Some(mut raw) = self.scene.raw_counts(sensor, seen_ns) else {
+        let Some(mut raw) = self.sensed_world.raw_counts(sensor, seen_ns) else {
             return;
         };
         let mut ambient_counts = 0;
@@ -316,7 +324,7 @@ impl Robot {
                 }
                 Kind::Wrong(counts) if raw != u16::MAX => {
                     let wrong = i32::from(raw).saturating_add(counts);
-                    // One below a full register, which would say something else.
+                    // One below a full register, which has another meaning.
                     raw = wrong.clamp(0, i32::from(u16::MAX - 1)) as u16;
                 }
                 Kind::Lit { ambient, added } => {
@@ -326,11 +334,11 @@ impl Robot {
                 _ => {}
             }
         }
-        let held = &mut self.held[sensor];
+        let stuck_at = &mut self.stuck_at[sensor];
         if is_stuck {
-            raw = *held.get_or_insert(raw);
+            raw = *stuck_at.get_or_insert(raw);
         } else {
-            *held = None;
+            *stuck_at = None;
         }
         let part = self.buses.sensor_mut(sensor);
         part.set_signal(raw);
@@ -342,16 +350,15 @@ impl Iterator for Robot {
     type Item = AcquisitionReport;
 
     fn next(&mut self) -> Option<AcquisitionReport> {
-        let end_us = STARTS_DRIVING_US + self.scene.drive().end_us() + STANDS_US;
+        let end_us = STARTS_DRIVING_US + self.sensed_world.drive().end_us() + STANDS_US;
         while self.reports.is_empty() && self.now_us < end_us {
-            self.patrol();
+            self.poll();
         }
         self.reports.pop_front()
     }
 }
 
-/// What the robot's own master says of an error: a wait for a wire that is held is given up
-/// by it as such.
+/// The index of a bus.
 const fn index_of(bus: Bus) -> usize {
     match bus {
         Bus::I2c1 => 0,

@@ -1,4 +1,4 @@
-//! A drive that is simulated with faults, and its recording, which says them.
+//! A drive that is simulated with faults, and its recording, which contains them.
 
 use std::io::{Error, Write};
 use std::time::Duration;
@@ -14,25 +14,24 @@ use crate::faults::Faults;
 use crate::log::RecordingWriter;
 use crate::world::{OdometryModel, Options, Scenario, Simulation, simulate_with};
 
-/// A simulated drive: the world, in what it differs from the model, and what breaks.
-///
-/// As soon as a part is named, if only with `ok`, a whole [`Robot`] drives: its senses
-/// read their sensors over their buses, and its stamps count from when its power came up,
-/// 0.4 s before it drives. Otherwise the inputs are those of [`simulate_with`]. Faults of
-/// the line are those of the way from the robot to whoever records it.
+/// A simulated drive: the world, its differences from the model, and the faults. If the
+/// faults name a part, even with `ok`, a whole [`Robot`] drives: its acquisition reads the
+/// sensors over their buses, and its stamps count from when its power came up, 0.4 s before
+/// it drives. Otherwise the inputs are those of [`simulate_with`]. Faults of the line apply
+/// between the robot and the recorder.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedDrive<'a> {
     /// The world.
     pub scenario: &'a Scenario,
     /// The same as the text that is recorded.
     pub text: &'a str,
-    /// Of the sensors' noise, the clocks, and the filter that replays it.
+    /// Seed of the sensors' noise, the clocks, and the filter that replays it.
     pub seed: u64,
-    /// In what the world differs from the model.
+    /// Differences of the world from the model.
     pub options: Options,
-    /// What breaks.
+    /// The faults.
     pub faults: &'a Faults,
-    /// Of what is random about that.
+    /// Seed of their random part.
     pub seed_of_faults: u64,
 }
 
@@ -42,7 +41,8 @@ pub struct SimulatedDrive<'a> {
 pub struct SimulationRefused(&'static str, &'static str);
 
 impl SimulatedDrive<'_> {
-    /// Drives; gives also how the parts were, eight times a second, if there were any.
+    /// Simulates the drive; returns also the health of the parts, eight times per second,
+    /// if there are any.
     ///
     /// # Errors
     /// Options that a whole robot does not have: dropout, undated odometry.
@@ -70,10 +70,10 @@ impl SimulatedDrive<'_> {
     }
 
     /// Writes the recording: the truth, the faults and their seed, the configuration, and
-    /// of the inputs what comes over the line.
+    /// the inputs that arrive over the line.
     ///
     /// # Errors
-    /// What `W` says.
+    /// The error of `W`.
     pub fn write<W: Write>(&self, simulation: &Simulation, write: W) -> Result<W, Error> {
         let mut config = self.scenario.config(Profile::Paper);
         config.seed = self.seed;

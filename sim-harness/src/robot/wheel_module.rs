@@ -1,10 +1,10 @@
-//! The board that drives the wheels and tells the others where the robot is.
+//! The board that drives the wheels and sends the odometry.
 
 use amiro_ipf::board::can::{self, CanFrame};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::random::Generator;
 
-use super::Rhythm;
+use super::PartClocks;
 use crate::world::{
     Drive, FRAME_PERIOD_US, OdometryModel, Options, UPDATE_PERIOD_US, WheelErrors, WheelWalk,
 };
@@ -17,14 +17,14 @@ const WHEEL_STREAM: u64 = 0x77_6865_656c;
 pub(super) struct Sent {
     /// When, microseconds after the power came up.
     pub(super) at_us: u64,
-    /// When its pose was reckoned.
+    /// When its pose was computed.
     pub(super) updated_us: u64,
-    /// What it carries.
+    /// The pose.
     pub(super) pose: Pose,
 }
 
 impl Sent {
-    /// The frame, of a robot that was carried away by so many metres.
+    /// The frame, with the pose moved by an offset, metres.
     pub(super) fn frame(&self, carried_m: [f32; 2]) -> CanFrame {
         let [x, y] = carried_m;
         let mut pose = self.pose;
@@ -34,7 +34,7 @@ impl Sent {
     }
 }
 
-/// Reckons every 50 ms and sends every 63 ms, as the DiWheelDrive does.
+/// Updates the odometry every 50 ms and sends it every 63 ms, as the DiWheelDrive does.
 #[derive(Clone, Debug)]
 pub(super) struct WheelModule {
     walk: WheelWalk,
@@ -52,7 +52,7 @@ impl WheelModule {
         starts_us: u64,
         seed: u64,
         options: &Options,
-        rhythm: &Rhythm,
+        clocks: &PartClocks,
     ) -> Self {
         let errors = match options.odometry {
             OdometryModel::WheelErrors(errors) => errors,
@@ -67,13 +67,13 @@ impl WheelModule {
         Self {
             walk: WheelWalk::new(&errors, &drive.pose_at(0), generator),
             starts_us,
-            next_update_us: rhythm.first_update_us,
-            next_frame_us: rhythm.first_frame_us,
+            next_update_us: clocks.first_update_us,
+            next_frame_us: clocks.first_frame_us,
             reckoned: None,
         }
     }
 
-    /// The next frame that is sent up to a time, if any; asked again, the one after it.
+    /// The next frame that is sent up to a time, if any; the next call gives the one after it.
     ///
     /// An update at the time of a frame is in it.
     pub(super) fn sent_by(&mut self, now_us: u64, drive: &Drive) -> Option<Sent> {

@@ -12,9 +12,9 @@ const LEAST_DIRECTIVITY: f64 = 0.05;
 /// A reflective infrared sensor by its photometric law (Korthals et al. 2016, equation 5).
 ///
 /// A reading is ambiguous over the lobe: under the bearing theta it stands for the range
-/// x(theta) = x(0) S(theta), S = sqrt(cos(xi theta)), and its error shrinks alike. The
-/// evidence weighs cos(xi theta). The bearing's cosine comes from the core's table of the
-/// lobe, within 4e-4 of cos(xi theta).
+/// x(theta) = x(0) S(theta), S = sqrt(cos(xi theta)), and its error shrinks by the same
+/// factor. The evidence weighs cos(xi theta). The bearing's cosine comes from the core's
+/// table of the lobe, within 4e-4 of cos(xi theta).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Infrared {
     photometry: Photometry,

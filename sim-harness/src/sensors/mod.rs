@@ -12,7 +12,7 @@ pub use cone::Cone;
 pub use infrared::Infrared;
 pub use scanner::Scanner;
 
-/// What sits on a mount.
+/// The sensor on a mount.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sensor {
     /// Reflective infrared: a range that is ambiguous over the lobe.
@@ -57,8 +57,8 @@ pub trait RangeSensor {
 
     /// Visits every cell that a return is evidence about, each once.
     ///
-    /// Returns that are too close or invalid are evidence about no cell. Gives whether
-    /// all cells have a place in the lattice: false for a robot absurdly far away.
+    /// Returns that are too close or invalid are evidence about no cell. Returns whether
+    /// all cells have an index in the lattice: false for a robot beyond its range.
     fn footprint(&self, view: &View, visit: &mut dyn FnMut(SeenCell)) -> bool;
 }
 

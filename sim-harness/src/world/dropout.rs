@@ -7,21 +7,21 @@ use amiro_ipf::random::{Generator, uniform};
 #[derive(Clone, Debug)]
 pub struct Dropout {
     share: f64,
-    chance: Generator,
+    generator: Generator,
 }
 
 impl Dropout {
     /// Removes the given share of all samples, to 2^-24; 1 removes all.
     #[must_use]
-    pub const fn new(share: f64, chance: Generator) -> Self {
-        Self { share, chance }
+    pub const fn new(share: f64, generator: Generator) -> Self {
+        Self { share, generator }
     }
 
     /// The samples with some missing. Draws eight random numbers in every call.
     #[must_use]
     pub fn thin(&mut self, mut samples: [Sample; SENSORS]) -> [Sample; SENSORS] {
         for sample in &mut samples {
-            if f64::from(uniform(&mut self.chance)) < self.share {
+            if f64::from(uniform(&mut self.generator)) < self.share {
                 *sample = Sample::Missing;
             }
         }

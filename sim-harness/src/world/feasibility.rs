@@ -125,7 +125,7 @@ impl Scenario {
         format!("{kind} {number}")
     }
 
-    /// Number of the leg on which the robot is after so many seconds.
+    /// Number of the leg on which the robot is after the given seconds.
     fn leg_at(&self, seconds: f64) -> usize {
         let mut ends_s = 0.0;
         let begun = self.drive.iter().take_while(|leg| {

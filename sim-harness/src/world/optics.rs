@@ -37,8 +37,7 @@ pub enum Physics {
     /// return at every distance. A face of width w at distance D fills the lobe only to
     /// atan(w / 2 D) and returns less, so that it appears farther by the law: a 50 mm face
     /// at 100 mm appears at 149 mm.
-    ///
-    /// Only light in the plane counts, whatever the height of an object. With one ray per
+    /// Only light in the plane counts, at any height of an object. With one ray per
     /// degree a face's return changes in steps of one ray as its edges pass: 3 % for 50 mm
     /// at 100 mm.
     Patch,
@@ -209,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn an_endless_wall_across_the_axis_returns_what_the_law_says() {
+    fn an_endless_wall_across_the_axis_has_the_return_of_the_law() {
         // The sines are within 3e-7, so the returns within some 1e-6 of themselves.
         for range in [0.05, 0.1, 0.15] {
             let law = f64::from(LAW.alpha_counts_m2) / (range * range);

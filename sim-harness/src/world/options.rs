@@ -141,7 +141,7 @@ mod tests {
     use crate::world::WheelErrors;
 
     #[test]
-    fn by_default_the_world_is_as_the_model_says() {
+    fn by_default_the_world_follows_the_model() {
         let options = Options::default();
         assert_eq!(options.validate(), Ok(()));
         let world = options.photometry(&Photometry::VCNL4020);

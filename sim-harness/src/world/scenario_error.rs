@@ -15,7 +15,7 @@ pub enum ScenarioError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// The file holds no scenario.
+    /// The file is no scenario.
     #[error("{}: {source}", whole_escaped(name.chars()))]
     File {
         /// The file.

@@ -13,7 +13,7 @@ mod shared;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-pub(crate) use shared::{can_emulate, root, rust_files, say_skipped, skip};
+pub(crate) use shared::{can_emulate, report_skipped, root, rust_files, skip};
 use sim_harness::device::{Image, Layout, build_image};
 
 /// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.

@@ -1119,7 +1119,7 @@ fn f86_file_without_permission_is_named() {
     fs::write(&path, text_of(3)).unwrap();
     fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap();
     if fs::File::open(&path).is_ok() {
-        return common::say_skipped("this user may read everything");
+        return common::report_skipped("this user may read everything");
     }
     let error = read(&path).unwrap_err();
     assert!(matches!(error.problem(), Problem::Unreadable(_)), "{error}");

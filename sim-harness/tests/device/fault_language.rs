@@ -12,7 +12,7 @@ use amiro_ipf::node::{Config, Event, Input, InputError};
 use proptest::prelude::*;
 use sim_harness::bus::RobotBuses;
 use sim_harness::device::Comparison;
-use sim_harness::evaluation::{Mapped, map};
+use sim_harness::evaluation::{NodeRun, map};
 use sim_harness::faults::Faults;
 use sim_harness::log::{Reason, RecordingWriter, read_from};
 use sim_harness::robot::{
@@ -88,11 +88,11 @@ fn assert_trusted_but(whole: &RobotDrive, text: &str, broken: &[usize]) {
     }
 }
 
-fn mapped(text: &str) -> Mapped {
+fn mapped(text: &str) -> NodeRun {
     mapped_of(&driven(text).inputs())
 }
 
-fn mapped_of(inputs: &[Input]) -> Mapped {
+fn mapped_of(inputs: &[Input]) -> NodeRun {
     map(&msod(), &config(), inputs).unwrap()
 }
 
@@ -259,7 +259,7 @@ fn a_wrong_word_is_refused_by_name_and_place() {
 }
 
 #[test]
-fn f01_f10_f14_a_sensor_s_words_do_what_they_say() {
+fn f01_f10_f14_a_sensor_s_faults_have_their_effect() {
     type Named = fn(SensorState) -> bool;
     let cases: [(&str, f64, Named); 4] = [
         ("off", 0.16, |state| state == SensorState::Missing),
@@ -300,7 +300,7 @@ fn f01_f10_f14_a_sensor_s_words_do_what_they_say() {
 }
 
 #[test]
-fn a_wrong_sensor_says_so_many_counts_more_and_the_others_what_they_did() {
+fn a_wrong_sensor_adds_its_counts_and_the_others_are_unchanged() {
     let sound = samples(&driven("ring=ok"));
     let wrong = samples(&driven("s4=wrong:+200@3s..4s"));
     assert_eq!(sound.len(), wrong.len());
@@ -325,7 +325,7 @@ fn a_wrong_sensor_says_so_many_counts_more_and_the_others_what_they_did() {
 }
 
 #[test]
-fn f15_a_slow_sensor_says_nothing_for_most_of_the_time() {
+fn f15_a_slow_sensor_has_no_sample_most_of_the_time() {
     let text = "s4=slow:20Hz@3s..5s";
     let whole = driven(text);
     assert_trusted_but(&whole, text, &[4]);
@@ -344,7 +344,7 @@ fn f15_a_slow_sensor_says_nothing_for_most_of_the_time() {
 }
 
 #[test]
-fn f15_a_delayed_sensor_says_what_was_so_much_earlier() {
+fn f15_a_delayed_sensor_gives_earlier_counts() {
     let options = Options {
         noise_factor: 0.0,
         ..Options::default()
@@ -467,7 +467,7 @@ fn what_is_over_on_a_bus_is_over() {
 }
 
 /// Times of the drive, seconds, at which steps began.
-fn steps_s(mapped: &Mapped) -> Vec<f64> {
+fn steps_s(mapped: &NodeRun) -> Vec<f64> {
     mapped.steps().map(|step| drive_s(step.stamp_us)).collect()
 }
 
@@ -483,8 +483,8 @@ fn f20_can_off_suspends_within_375_ms() {
 
 /// Odometry between two times of the drive: when it was heard, when it was reckoned, and
 /// its place in micrometres.
-fn poses_heard(whole: &RobotDrive, from_s: f64, to_s: f64) -> Vec<(f64, f64, [i32; 2])> {
-    let heard = whole
+fn poses_received(whole: &RobotDrive, from_s: f64, to_s: f64) -> Vec<(f64, f64, [i32; 2])> {
+    let received = whole
         .reports
         .iter()
         .filter_map(|report| match report.content {
@@ -498,17 +498,17 @@ fn poses_heard(whole: &RobotDrive, from_s: f64, to_s: f64) -> Vec<(f64, f64, [i3
             )),
             _ => None,
         });
-    heard
+    received
         .filter(|(at_s, ..)| (from_s..to_s).contains(at_s))
         .collect()
 }
 
 #[test]
-fn f23_f31_can_s_other_words_do_what_they_say() {
-    let sound = poses_heard(&driven("ring=ok"), 3.0, 5.0);
+fn f23_f31_can_s_other_faults_have_their_effect() {
+    let sound = poses_received(&driven("ring=ok"), 3.0, 5.0);
     let of = |word: &str| {
         let whole = driven(&format!("can={word}@3s..5s"));
-        (poses_heard(&whole, 3.0, 5.0), mapped_of(&whole.inputs()))
+        (poses_received(&whole, 3.0, 5.0), mapped_of(&whole.inputs()))
     };
     let (stuck, _) = of("stuck");
     assert_eq!(stuck.len(), sound.len());
@@ -539,8 +539,8 @@ fn f23_f31_can_s_other_words_do_what_they_say() {
         );
         assert_eq!(wrong[1], sound[1]);
     }
-    let broke_off = |event: &&Event| matches!(event, Event::OdometryReset { .. });
-    assert!(on_map.events.iter().filter(broke_off).count() >= 1);
+    let was_reset = |event: &&Event| matches!(event, Event::OdometryReset { .. });
+    assert!(on_map.events.iter().filter(was_reset).count() >= 1);
     // Frames come each 63 ms: every fourth is 200 ms after one that came.
     let (slow, _) = of("slow:5Hz");
     assert!(
@@ -662,7 +662,7 @@ fn without_faults_of_parts_a_recording_is_the_simulation_and_all_its_true_poses(
 }
 
 #[test]
-fn f60_f63_a_bad_line_costs_a_recording_frames_and_says_so() {
+fn f60_f63_frames_that_a_bad_line_loses_are_reported() {
     let sound = read_from(&recorded("ok", 1)[..]).unwrap();
     let text = "link=drop:1e-4x300+off@2s..3s";
     let recording = read_from(&recorded(text, 1)[..]).unwrap();
@@ -709,7 +709,7 @@ fn f31_a_recording_whose_odometry_is_random_for_a_third_of_it_is_read() {
 }
 
 #[test]
-fn a_recording_with_faults_replays_equal_and_says_its_faults() {
+fn a_recording_with_faults_replays_equal_and_contains_its_faults() {
     // Long enough for two pieces.
     let text = "s3=stuck@5s..8s, can=off@4s..4.5s, s0=wrong:+200@1s..2s, s1=intermittent:0.3, \
                 s2=garbage@2s..3s, mux2=off@3s..3.5s";
@@ -767,22 +767,22 @@ fn the_page_s_table_has_every_word_of_every_part_and_no_other() {
     let (_, section) = PAGE.split_once("## Provoke one").unwrap();
     let (section, _) = section.split_once("\n## ").unwrap();
     let rows = section.lines().filter(|line| line.starts_with("| `"));
-    let mut told: [Vec<String>; 4] = Default::default();
+    let mut faulty: [Vec<String>; 4] = Default::default();
     for row in rows {
         let cells: Vec<&str> = row.split(" | ").collect();
         let word = cells[0].trim_start_matches("| ").trim_matches('`');
         let name = word.split(':').next().unwrap().to_owned();
-        for (words, cell) in told.iter_mut().zip(&cells[1..]) {
+        for (words, cell) in faulty.iter_mut().zip(&cells[1..]) {
             if cell.trim_end_matches(" |") != "-" {
                 words.push(name.clone());
             }
         }
     }
-    for (part, told) in ["s0", "bus1", "mux1", "can"].into_iter().zip(told) {
+    for (part, faulty) in ["s0", "bus1", "mux1", "can"].into_iter().zip(faulty) {
         let component = faults(&format!("{part}=ok")).parts()[0].component;
         let words = component.words().iter();
         let names: Vec<&str> = words.map(|word| word.split(':').next().unwrap()).collect();
-        assert_eq!(told, names, "{part}");
+        assert_eq!(faulty, names, "{part}");
     }
 }
 
@@ -792,7 +792,7 @@ fn disturbed(inputs: &[Input], text: &str) -> Vec<Input> {
 }
 
 #[test]
-fn words_on_recorded_inputs_do_what_they_say() {
+fn faults_on_recorded_inputs_have_their_effect() {
     let inputs = simulate_with(&msod(), SEED, &Options::default()).inputs;
     let sensor = |inputs: &[Input]| -> Vec<(u64, Sample)> {
         let readings = inputs.iter().filter_map(|input| match *input {
@@ -811,15 +811,15 @@ fn words_on_recorded_inputs_do_what_they_say() {
         "saturated",
         "intermittent:0.3",
     ] {
-        let told = disturbed(&inputs, &format!("s4={word}@3s..4s"));
+        let faulty = disturbed(&inputs, &format!("s4={word}@3s..4s"));
         assert_eq!(
-            told,
+            faulty,
             disturbed(&inputs, &format!("s4={word}@3s..4s")),
             "{word}"
         );
-        assert_eq!(told.len(), inputs.len(), "{word}");
-        let told = sensor(&told);
-        let pairs = || told.iter().zip(&sound);
+        assert_eq!(faulty.len(), inputs.len(), "{word}");
+        let faulty = sensor(&faulty);
+        let pairs = || faulty.iter().zip(&sound);
         assert!(
             pairs()
                 .filter(|(_, sound)| !inside(sound.0))
@@ -828,26 +828,28 @@ fn words_on_recorded_inputs_do_what_they_say() {
         );
         let held: Vec<(Sample, Sample)> = pairs()
             .filter(|(_, sound)| inside(sound.0))
-            .map(|(told, sound)| (told.1, sound.1))
+            .map(|(faulty, sound)| (faulty.1, sound.1))
             .collect();
         assert!(held.len() >= 7, "{word}: {}", held.len());
         let all = |is: &dyn Fn(Sample, Sample) -> bool| held.iter().all(|(a, b)| is(*a, *b));
         match word {
-            "off" => assert!(all(&|told, _| told == Sample::Missing)),
-            "saturated" => assert!(all(&|told, _| told == Sample::Saturated)),
-            "stuck" => assert!(all(&|told, _| told == held[0].1)),
-            "wrong:-7" => assert!(all(&|told, sound| match (told, sound) {
-                (Sample::Counts(told), Sample::Counts(sound)) => told == sound - 7,
-                (told, sound) => told == sound,
+            "off" => assert!(all(&|faulty, _| faulty == Sample::Missing)),
+            "saturated" => assert!(all(&|faulty, _| faulty == Sample::Saturated)),
+            "stuck" => assert!(all(&|faulty, _| faulty == held[0].1)),
+            "wrong:-7" => assert!(all(&|faulty, sound| match (faulty, sound) {
+                (Sample::Counts(faulty), Sample::Counts(sound)) => faulty == sound - 7,
+                (faulty, sound) => faulty == sound,
             })),
             "garbage" => {
-                let far = held.iter().filter(|(told, _)| match told {
+                let far = held.iter().filter(|(faulty, _)| match faulty {
                     Sample::Counts(counts) => !(-500..500).contains(counts),
                     _ => true,
                 });
                 assert!(far.count() * 2 > held.len(), "{held:?}");
             }
-            _ => assert!(all(&|told, sound| told == sound || told == Sample::Missing)),
+            _ => assert!(all(
+                &|faulty, sound| faulty == sound || faulty == Sample::Missing
+            )),
         }
     }
     let loose = sensor(&disturbed(&inputs, "s4=intermittent:0.3"));

@@ -186,7 +186,7 @@ fn every_sentence_about_a_refused_input_or_offset_is_on_the_page() {
 fn every_message_about_a_board_is_explained() {
     let all = [
         LinkError::Start("/dev/ttyUSB0: No such file or directory".to_owned()),
-        LinkError::Junk,
+        LinkError::MostlyNoise,
         LinkError::Write(Error::other("Input/output error")),
         LinkError::Gone,
         LinkError::Interrupted,
@@ -202,7 +202,7 @@ fn every_message_about_a_board_is_explained() {
     for error in &all {
         match error {
             LinkError::Start(_)
-            | LinkError::Junk
+            | LinkError::MostlyNoise
             | LinkError::Write(_)
             | LinkError::Gone
             | LinkError::Interrupted
@@ -309,7 +309,7 @@ fn numbers_of_tests() -> BTreeSet<String> {
 }
 
 #[test]
-fn every_number_of_the_page_has_a_test_or_says_why_not() {
+fn every_number_of_the_page_has_a_test_or_a_reason_for_none() {
     let tested = numbers_of_tests();
     let (_, index) = PAGE.split_once("## By number").unwrap();
     let rows = index.lines().filter(|line| line.starts_with("| F"));

@@ -244,7 +244,7 @@ fn f02_a_refusal_at_any_byte_ends_the_transaction_and_frees_the_bus() {
 }
 
 #[test]
-fn f02_an_absent_part_is_told_from_a_present_one() {
+fn f02_an_absent_part_differs_from_a_present_one() {
     let mut bench = Bench::new(Part::at(ADDRESS), 2);
     let absent = BusTransaction::new(ADDRESS + 1, &[], 0);
     assert_eq!(bench.run(&absent), Err(BusFault::NoSuchPart));
@@ -444,10 +444,13 @@ fn f03_a_dead_bus_is_tried_again_after_10_ms_doubling_to_1_s() {
 #[test]
 fn f03_the_other_bus_bears_a_recovery() {
     // What one bus costs the other is the longest call, for they share a priority.
-    let mut sick = Bench::new(Part::at(ADDRESS), 7);
-    sick.unit.borrow_mut().strike(2, Fault::DataLow(FOR_EVER));
-    assert_eq!(sick.run(&transaction(0, 4)), Err(BusFault::HeldLow));
-    let sick_ns = sick.longest_call_ns;
+    let mut faulty_bench = Bench::new(Part::at(ADDRESS), 7);
+    faulty_bench
+        .unit
+        .borrow_mut()
+        .strike(2, Fault::DataLow(FOR_EVER));
+    assert_eq!(faulty_bench.run(&transaction(0, 4)), Err(BusFault::HeldLow));
+    let sick_ns = faulty_bench.longest_call_ns;
     assert!((50_000..150_000).contains(&sick_ns), "{sick_ns} ns");
     let part = Part::at(ADDRESS);
     let mut well = Bench::new(part.clone(), 7);
@@ -608,7 +611,7 @@ fn f05_a_unit_that_never_answers_is_overdue_within_a_millisecond() {
 }
 
 #[test]
-fn f05_an_event_that_never_goes_away_lets_the_patrol_run() {
+fn f05_an_event_that_never_goes_away_does_not_stop_polling() {
     const ITEVTEN: u16 = 1 << 9;
     let frozen = Frozen {
         status: 1 << 2,

@@ -99,8 +99,8 @@ fn assert_fails_because(verdict: &Verdict, reasons: &[&str]) {
     let shown = verdict.to_string();
     assert!(shown.starts_with("DIFFERENT"), "{shown}");
     for reason in reasons {
-        let is_said = verdict.reasons.iter().any(|said| said.contains(reason));
-        assert!(is_said, "{reason} is not among the reasons of\n{shown}");
+        let is_given = verdict.reasons.iter().any(|stated| stated.contains(reason));
+        assert!(is_given, "{reason} is not among the reasons of\n{shown}");
     }
 }
 
@@ -145,7 +145,7 @@ fn line(
 }
 
 #[test]
-fn an_undisturbed_run_is_equal_and_says_how_much_was_compared() {
+fn an_undisturbed_run_is_equal_and_reports_how_much_was_compared() {
     let verdict = verdict_of(&inputs(), |_| true);
     assert_eq!(verdict.reasons, Vec::<String>::new());
     assert!(verdict.equal);
@@ -446,7 +446,7 @@ fn verdict_of_recorded(mut keep: impl FnMut(&Event) -> bool) -> Verdict {
 }
 
 #[test]
-fn a_recording_with_lost_particle_messages_is_equal_and_says_how_many_were_lost() {
+fn a_recording_with_lost_particle_messages_is_equal_and_reports_their_number() {
     // The first, the last of a step, and two in a row.
     let mut batches = 0;
     let verdict = verdict_of_recorded(|event| {
@@ -677,7 +677,7 @@ fn a_robot_on_a_table_has_its_offsets_measured_and_kept() {
 }
 
 #[test]
-fn a_greeted_board_says_the_offsets_that_its_memory_holds() {
+fn a_greeted_board_sends_the_offsets_of_its_memory() {
     let mut board = Board::robot_in_memory(robot(), |_| true);
     board.greet().unwrap();
     let report = board.offsets().unwrap();
@@ -703,7 +703,7 @@ fn a_greeted_board_says_the_offsets_that_its_memory_holds() {
 }
 
 #[test]
-fn a_wall_before_one_sensor_refuses_the_offsets_and_says_which_and_why() {
+fn a_wall_before_one_sensor_refuses_the_offsets_with_sensor_and_reason() {
     let mut buses = robot();
     buses.set_signal(3, TABLE[3] + 300);
     let mut board = Board::robot_in_memory(buses, |_| true);
@@ -725,7 +725,7 @@ fn a_wall_before_one_sensor_refuses_the_offsets_and_says_which_and_why() {
 }
 
 #[test]
-fn a_board_that_says_nothing_of_its_offsets_is_given_up_after_five_seconds() {
+fn a_board_that_sends_no_offsets_is_given_up_after_five_seconds() {
     let mut board = Board::in_memory(|_| true);
     board.greet().unwrap();
     assert_eq!(board.offsets(), None);
@@ -750,18 +750,18 @@ fn a_line_on_which_only_the_board_s_health_comes_is_no_answer() {
         })
     }));
     board.greet().unwrap();
-    let mut heard = 0;
+    let mut received = 0;
     let driven = drive(
         &mut board,
         &[Input::Tick { stamp_us: 0 }],
-        |event| heard += usize::from(matches!(event, Message::Health(_))),
+        |event| received += usize::from(matches!(event, Message::Health(_))),
         |_, _| (),
     );
     assert!(
         matches!(driven, Err(LinkError::NoAnswer { input: 0 })),
         "{driven:?}"
     );
-    assert_eq!(heard, 1);
+    assert_eq!(received, 1);
 }
 
 /// Frames of a run that a board is amid: before its answers, as if it read itself.
@@ -771,20 +771,20 @@ fn amid_a_run() -> impl FnMut(&mut Vec<u8>) -> bool + Send + 'static {
     let mut is_over = false;
     move |bytes| {
         let mut frame = read(bytes);
-        let mut said = Vec::new();
-        let mut say = |message: &Message| said.extend_from_slice(encoder.encode(message));
+        let mut stated = Vec::new();
+        let mut send = |message: &Message| stated.extend_from_slice(encoder.encode(message));
         if matches!(frame.message, Message::Event(Event::Configured(_))) && !is_over {
             is_over = true;
             for input in &inputs()[1..] {
-                say(&Message::Input(*input));
+                send(&Message::Input(*input));
             }
             for event in stale.iter().skip(1) {
-                say(&Message::Event(event.clone()));
+                send(&Message::Event(event.clone()));
             }
         }
-        say(&frame.message);
+        send(&frame.message);
         frame.boot_id = 0;
-        *bytes = said;
+        *bytes = stated;
         true
     }
 }
@@ -832,15 +832,15 @@ fn the_run_that_a_board_was_amid_is_not_recorded() {
 }
 
 /// What a terminal that hears `bytes` says, and how many frames it found broken.
-fn heard(bytes: impl IntoIterator<Item = u8>) -> (Vec<Message>, u32) {
+fn received(bytes: impl IntoIterator<Item = u8>) -> (Vec<Message>, u32) {
     let mut particles = Box::new(ParticleSet::<800>::new());
-    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(800), 3);
-    let mut said = Vec::new();
+    let mut endpoint = DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(800), 3);
+    let mut stated = Vec::new();
     for byte in bytes {
-        terminal.receive(byte, &mut |frame, _| said.extend_from_slice(frame));
+        endpoint.receive(byte, &mut |frame, _| stated.extend_from_slice(frame));
     }
-    let broken = terminal.broken_frames();
-    let events = decode_all(&said)
+    let broken = endpoint.broken_frames();
+    let events = decode_all(&stated)
         .into_iter()
         .map(|received| match received {
             Received::Frame {
@@ -888,7 +888,7 @@ fn digests(events: &[Message]) -> Vec<u32> {
 #[test]
 fn f66_garbage_between_inputs_costs_none_of_them() {
     let good = frames(&inputs());
-    let (clean, broken) = heard(good.concat());
+    let (clean, broken) = received(good.concat());
     assert_eq!(taken(&clean).len(), good.len());
     assert_eq!(digests(&clean).len(), STEPS);
     assert_eq!(broken, 0);
@@ -901,7 +901,7 @@ fn f66_garbage_between_inputs_costs_none_of_them() {
             noisy.push(0);
             noisy.extend(frame);
         }
-        let (events, broken) = heard(noisy);
+        let (events, broken) = received(noisy);
         assert_eq!(events, clean, "seed {seed}");
         assert!(broken > 0, "seed {seed}");
     }
@@ -910,12 +910,12 @@ fn f66_garbage_between_inputs_costs_none_of_them() {
 #[test]
 fn f66_garbage_that_runs_into_an_input_costs_that_input_alone() {
     let good = frames(&inputs());
-    let (clean, _) = heard(good.concat());
+    let (clean, _) = received(good.concat());
     // An odometry without which its neighbours say the same: the way is straight.
     let hit = 3;
     let mut noisy = good.clone();
     noisy[hit].insert(0, 0x55);
-    let (events, broken) = heard(noisy.concat());
+    let (events, broken) = received(noisy.concat());
     let expected: Vec<u16> = (0..good.len() as u16)
         .filter(|number| usize::from(*number) != hit)
         .collect();
@@ -927,7 +927,7 @@ fn f66_garbage_that_runs_into_an_input_costs_that_input_alone() {
 #[test]
 fn f66_hostile_frames_are_refused_and_change_nothing() {
     let good = frames(&inputs());
-    let (clean, _) = heard(good.concat());
+    let (clean, _) = received(good.concat());
     let bad_config = Config {
         particles_per_sensor: 0,
         ..config()
@@ -960,15 +960,15 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
         InputError::NotAnInput,
         InputError::NotAnInput,
     ];
-    let mut stranger = Encoder::new(0x77);
+    let mut other_board = Encoder::new(0x77);
     let bytes: Vec<u8> = good
         .iter()
         .flat_map(|frame| {
-            let strange = hostile.iter().flat_map(|m| stranger.encode(m).to_vec());
+            let strange = hostile.iter().flat_map(|m| other_board.encode(m).to_vec());
             [frame.clone(), strange.collect()].concat()
         })
         .collect();
-    let (events, broken) = heard(bytes);
+    let (events, broken) = received(bytes);
     assert_eq!(broken, 0);
     let (refused, rest): (Vec<Message>, Vec<Message>) = events.into_iter().partition(|event| {
         matches!(
@@ -993,7 +993,7 @@ fn f66_hostile_frames_are_refused_and_change_nothing() {
 #[test]
 fn f66_a_hundred_thousand_random_bytes_are_never_an_input() {
     let mut random = Generator::seeded(66);
-    let (events, broken) = heard((0..100_000).map(|_| random.bits() as u8));
+    let (events, broken) = received((0..100_000).map(|_| random.bits() as u8));
     assert!(events.is_empty(), "{events:?}");
     assert!(broken > 300, "{broken}");
 }

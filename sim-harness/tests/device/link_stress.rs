@@ -29,8 +29,8 @@ use amiro_ipf::node::{
 use amiro_ipf::random::{Generator, uniform_below};
 use serialport::{SerialPort, TTYPort};
 use sim_harness::device::{
-    Board, FaultInjector, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossStats, News,
-    QemuOptions, boot_on_host, drive, record,
+    Board, FaultInjector, FrameTally, Interrupt, LineRun, LineTally, LinkError, LossStats,
+    QemuOptions, RecordingEvent, boot_on_host, drive, record,
 };
 use sim_harness::drive::{FilterRecords, Record};
 use sim_harness::evaluation::{Scores, Truth};
@@ -108,7 +108,7 @@ fn cross(faults: &str, seed: u64, frames: u64) -> Crossing {
     let mut line = line_with(faults, seed);
     let mut encoder = Encoder::new(9);
     let mut decoder = Decoder::new();
-    let mut account = LossStats::since_boot(9);
+    let mut loss_stats = LossStats::since_boot(9);
     let mut by_length = BTreeMap::<usize, (u64, u64)>::new();
     // By sequence number.
     let mut lengths = vec![0; 1 << 16];
@@ -117,7 +117,7 @@ fn cross(faults: &str, seed: u64, frames: u64) -> Crossing {
                     lengths: &[usize],
                     by_length: &mut BTreeMap<usize, (u64, u64)>| {
         for received in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
-            account.take(&received);
+            loss_stats.take(&received);
             let Received::Frame { frame, .. } = received else {
                 continue;
             };
@@ -152,9 +152,9 @@ fn cross(faults: &str, seed: u64, frames: u64) -> Crossing {
         &lengths,
         &mut by_length,
     );
-    account.close(frames);
+    loss_stats.close(frames);
     Crossing {
-        tally: account.tally(),
+        tally: loss_stats.tally(),
         line: line.tally(),
         by_length,
     }
@@ -323,7 +323,7 @@ fn pose_of(event: &Event) -> Option<Pose2> {
 /// A board on the host: the terminal of the flash image and its queue of 255 frames, of
 /// which details leave 24, behind a line of so many bytes a beat.
 struct SlowBoard {
-    terminal: DeviceEndpoint<'static, 800>,
+    endpoint: DeviceEndpoint<'static, 800>,
     queue: VecDeque<Vec<u8>>,
     /// Bytes that the line had time for and that no frame took yet.
     credit: usize,
@@ -335,13 +335,13 @@ impl SlowBoard {
     fn new(boot_id: u8) -> Self {
         // One of a handful in the whole program.
         let particles = Box::leak(Box::new(ParticleSet::new()));
-        let mut terminal = DeviceEndpoint::new(Node::new(particles), boot_on_host(800), boot_id);
+        let mut endpoint = DeviceEndpoint::new(Node::new(particles), boot_on_host(800), boot_id);
         let (mut queue, mut sent, mut status) = (VecDeque::new(), 0, BoardStatus::default());
-        terminal.introduce(&mut |frame, importance| {
-            enqueue(&mut queue, &mut sent, &mut status, frame, importance);
+        endpoint.introduce(&mut |frame, priority| {
+            enqueue(&mut queue, &mut sent, &mut status, frame, priority);
         });
         Self {
-            terminal,
+            endpoint,
             queue,
             credit: 0,
             sent,
@@ -355,24 +355,24 @@ impl SlowBoard {
         work: impl FnOnce(&mut DeviceEndpoint<'static, 800>, &mut dyn FnMut(&[u8], Priority)) -> T,
     ) -> T {
         let Self {
-            terminal,
+            endpoint,
             queue,
             sent,
             status,
             ..
         } = self;
-        work(terminal, &mut |frame, importance| {
-            enqueue(queue, sent, status, frame, importance);
+        work(endpoint, &mut |frame, priority| {
+            enqueue(queue, sent, status, frame, priority);
         })
     }
 
     fn inject(&mut self, input: &Input) {
-        self.with(|terminal, mut send| terminal.inject(input, &mut send));
+        self.with(|endpoint, mut send| endpoint.inject(input, &mut send));
     }
 
     fn report(&mut self) {
         let status = self.status;
-        self.with(|terminal, mut send| terminal.report(status, &mut send));
+        self.with(|endpoint, mut send| endpoint.report(status, &mut send));
     }
 
     /// The whole frames that are out after so many more bytes' time.
@@ -397,10 +397,10 @@ fn enqueue(
     sent: &mut u64,
     status: &mut BoardStatus,
     frame: &[u8],
-    importance: Priority,
+    priority: Priority,
 ) {
     *sent += 1;
-    let reserve = match importance {
+    let reserve = match priority {
         Priority::BestEffort => 24,
         Priority::Reliable => 0,
     };
@@ -421,7 +421,7 @@ fn robot_config() -> Config {
 }
 
 #[test]
-fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_frame() {
+fn f65_frames_dropped_by_a_slow_line_and_lost_by_a_bad_one_are_counted_separately() {
     for (faults, bytes_a_row) in [
         ("ok", 100_000),
         ("ok", 80),
@@ -434,12 +434,12 @@ fn f65_what_a_slow_line_dropped_and_what_a_bad_one_lost_are_told_apart_to_the_fr
         let mut line = line_with(faults, 65);
         let mut board = SlowBoard::new(3);
         let mut decoder = Decoder::new();
-        let mut account = LossStats::since_boot(3);
+        let mut loss_stats = LossStats::since_boot(3);
         let mut take = |bytes: Vec<u8>| {
             for received in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
-                account.take(&received);
+                loss_stats.take(&received);
             }
-            account.clone()
+            loss_stats.clone()
         };
         board.inject(&Input::Configure(robot_config()));
         for (row, input) in inputs(2000).iter().enumerate() {
@@ -585,12 +585,12 @@ fn live(port: &Path, master: TTYPort, orders: &Inbox<Order>) {
             board.status.uptime_ms = start.elapsed().as_millis() as u64;
             board.report();
         }
-        let mut heard = [0; 4096];
+        let mut received = [0; 4096];
         let count = master
             .as_mut()
-            .map_or(0, |master| master.read(&mut heard).unwrap_or(0));
-        for byte in &heard[..count] {
-            board.with(|terminal, mut send| terminal.receive(*byte, &mut send));
+            .map_or(0, |master| master.read(&mut received).unwrap_or(0));
+        for byte in &received[..count] {
+            board.with(|endpoint, mut send| endpoint.receive(*byte, &mut send));
         }
         let mut said = board.frames_of(4000);
         if let Some(random) = &mut noise {
@@ -648,32 +648,33 @@ fn f6b_a_device_node_that_vanishes_is_waited_for_and_the_recording_goes_on() {
     board.greet().unwrap();
     let mut statuses = 0;
     let mut asked_while_away = 0;
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     let mut gone_at = None;
     let parts = record(
         &mut board,
         &robot_config(),
         |part| folder.open(part),
-        |news| {
-            match news {
-                News::Message(Message::Status(_)) => {
+        |event| {
+            match event {
+                RecordingEvent::Message(Message::Status(_)) => {
                     statuses += 1;
                     if statuses == 10 {
                         robot.order(Order::Vanish);
                     }
                 }
-                News::Message(_) | News::Input(_) | News::Waiting => {}
-                News::Away => {
+                RecordingEvent::Message(_) | RecordingEvent::Input(_) | RecordingEvent::Waiting => {
+                }
+                RecordingEvent::Away => {
                     asked_while_away += 1;
                     if asked_while_away == 10 {
                         robot.order(Order::Appear);
                     }
                 }
-                News::Vanished(error) => {
+                RecordingEvent::Vanished(error) => {
                     gone_at = Some(Instant::now());
-                    told.push(error.to_string());
+                    messages.push(error.to_string());
                 }
-                other => told.push(format!("{other:?}")),
+                other => messages.push(format!("{other:?}")),
             }
             statuses < 30
         },
@@ -681,8 +682,8 @@ fn f6b_a_device_node_that_vanishes_is_waited_for_and_the_recording_goes_on() {
     .unwrap();
     assert_eq!(parts, 1);
     // Told from silence, and told once.
-    assert_eq!(told.len(), 2, "{told:?}");
-    assert_eq!(told[1], "Back");
+    assert_eq!(messages.len(), 2, "{messages:?}");
+    assert_eq!(messages[1], "Back");
     // Ten times a second; waits of 0.2, 0.4, 0.8, 1.6 s.
     assert!((10..=50).contains(&asked_while_away), "{asked_while_away}");
     assert!(gone_at.unwrap().elapsed() < Duration::from_secs(10));
@@ -693,7 +694,7 @@ fn f6b_a_device_node_that_vanishes_is_waited_for_and_the_recording_goes_on() {
 }
 
 #[test]
-fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
+fn f6b_waiting_for_a_device_node_ends_within_a_fifth_of_a_second() {
     let (robot, folder) = (Robot::start("f6b-end"), Folder::new("f6b-end"));
     let mut board = Board::on_port(robot.name(), 2_000_000).unwrap();
     board.greet().unwrap();
@@ -705,14 +706,14 @@ fn f6b_whoever_waits_for_a_device_node_is_heard_within_a_fifth_of_a_second() {
         &mut board,
         &robot_config(),
         |part| folder.open(part),
-        |news| match news {
-            News::Message(Message::Status(_)) => {
+        |event| match event {
+            RecordingEvent::Message(Message::Status(_)) => {
                 if since.is_none() {
                     robot.order(Order::Vanish);
                 }
                 true
             }
-            News::Message(_) | News::Input(_) | News::Waiting => true,
+            RecordingEvent::Message(_) | RecordingEvent::Input(_) | RecordingEvent::Waiting => true,
             _ => {
                 let now = Instant::now();
                 if let Some(last) = last_asked.replace(now) {
@@ -742,15 +743,15 @@ fn f6a_a_board_that_is_reset_begins_another_part_and_the_first_one_stays() {
         &mut board,
         &robot_config(),
         |part| folder.open(part),
-        |news| match news {
-            News::Message(Message::Status(_)) => {
+        |event| match event {
+            RecordingEvent::Message(Message::Status(_)) => {
                 statuses += 1;
                 if statuses == 10 {
                     robot.order(Order::Reset(2));
                 }
                 statuses < 30
             }
-            News::Message(_) | News::Input(_) | News::Waiting => true,
+            RecordingEvent::Message(_) | RecordingEvent::Input(_) | RecordingEvent::Waiting => true,
             other => {
                 said.push(format!("{other:?}"));
                 true
@@ -782,7 +783,7 @@ fn f67_a_wrong_baud_rate_is_named_within_three_seconds() {
     let mut board = Board::on_port(robot.name(), 115_200).unwrap();
     let start = Instant::now();
     let error = board.greet().unwrap_err();
-    assert!(matches!(error, LinkError::Junk), "{error}");
+    assert!(matches!(error, LinkError::MostlyNoise), "{error}");
     assert!(error.to_string().contains("wrong baud rate"), "{error}");
     assert!(start.elapsed() < Duration::from_secs(3));
 }
@@ -798,15 +799,15 @@ fn f67_noise_in_the_middle_of_a_recording_is_named_within_four_seconds() {
         &mut board,
         &robot_config(),
         |part| folder.open(part),
-        |news| match news {
-            News::Message(Message::Status(status)) => {
+        |event| match event {
+            RecordingEvent::Message(Message::Status(status)) => {
                 if status.node.steps > 2 && noisy_since.is_none() {
                     robot.order(Order::Noise);
                     noisy_since = Some(Instant::now());
                 }
                 true
             }
-            News::Junk => {
+            RecordingEvent::MostlyNoise => {
                 named_after = noisy_since.map(|since| since.elapsed());
                 false
             }

@@ -11,12 +11,11 @@ use amiro_ipf::model::{SENSORS, Sample, SensorMask};
 use amiro_ipf::node::{Config, Event, Input, InputError, Node, Particles, Source};
 use sim_harness::device::boot_on_host;
 use sim_harness::drive::FilterRecords;
-use sim_harness::evaluation::Scores;
-use sim_harness::evaluation::{Mapped, SensorFaultTrials, map};
+use sim_harness::evaluation::{NodeRun, Scores, SensorFaultTrials, map};
 use sim_harness::faults::{ActiveFaults, Component, Kind};
 use sim_harness::mapping::{CountingMapper, Map, Mapper};
 use sim_harness::robot::{
-    AcquisitionReport, OFFSETS, ReportContent, Rhythm, Robot, STARTS_DRIVING_US, Scene,
+    AcquisitionReport, OFFSETS, PartClocks, ReportContent, Robot, STARTS_DRIVING_US, SensedWorld,
     SensorClocks, drive,
 };
 use sim_harness::world::{Drive, Options, Scenario, standard};
@@ -46,7 +45,7 @@ fn middle_us(scenario: &Scenario) -> u64 {
     Drive::of(scenario).end_us() / 2
 }
 
-fn mapped(scenario: &Scenario, profile: Profile, seed: u64, faults: ActiveFaults) -> Mapped {
+fn mapped(scenario: &Scenario, profile: Profile, seed: u64, faults: ActiveFaults) -> NodeRun {
     let inputs = drive(robot(scenario, seed, faults)).inputs();
     map(scenario, &config(scenario, profile, seed), &inputs).unwrap()
 }
@@ -83,8 +82,8 @@ fn rounded(pose: &Pose) -> Pose {
 /// without any of the robot's parts: from the world's counts and the driven way.
 ///
 /// The frames' stamps alone are the robot's; what they are worth is another test's.
-fn told_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input> {
-    let mut scene = Scene::of(scenario, seed, &Options::default());
+fn handled_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input> {
+    let mut sensed_world = SensedWorld::of(scenario, seed, &Options::default());
     let drive = Drive::of(scenario);
     let end_us = STARTS_DRIVING_US + drive.end_us() + 100_000;
     let mut inputs = Vec::new();
@@ -99,11 +98,14 @@ fn told_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input
         }
         // Read in this round, measured in the one before.
         let measured_ns = (begins_us as i64 - 2_000 - STARTS_DRIVING_US as i64) * 1_000;
-        let samples = core::array::from_fn(|sensor| match scene.raw_counts(sensor, measured_ns) {
-            None => Sample::Missing,
-            Some(u16::MAX) => Sample::Saturated,
-            Some(raw) => Sample::Counts(i32::from(raw) - i32::from(OFFSETS[sensor])),
-        });
+        let samples =
+            core::array::from_fn(
+                |sensor| match sensed_world.raw_counts(sensor, measured_ns) {
+                    None => Sample::Missing,
+                    Some(u16::MAX) => Sample::Saturated,
+                    Some(raw) => Sample::Counts(i32::from(raw) - i32::from(OFFSETS[sensor])),
+                },
+            );
         inputs.push((stamp_us, 1, Input::Proximity { stamp_us, samples }));
     }
     for (frame, stamp_us) in stamps_us.iter().enumerate() {
@@ -123,7 +125,7 @@ fn told_directly(scenario: &Scenario, seed: u64, stamps_us: &[u64]) -> Vec<Input
 
 #[test]
 fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_poses() {
-    let rhythm = Rhythm {
+    let clocks = PartClocks {
         sensors: SensorClocks::Together {
             into_round_ns: 6_000_000,
         },
@@ -137,7 +139,7 @@ fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_
     ] {
         let scenario = scenario(name);
         let options = Options::default();
-        let robot = Robot::with_rhythm(&scenario, seed, &options, ActiveFaults::none(), &rhythm);
+        let robot = Robot::with_clocks(&scenario, seed, &options, ActiveFaults::none(), &clocks);
         let whole = drive(robot);
         let inputs = whole.inputs();
         let stamps_us: Vec<u64> = inputs
@@ -147,7 +149,7 @@ fn the_whole_way_through_parts_buses_and_frames_gives_the_map_of_the_counts_and_
                 _ => None,
             })
             .collect();
-        let direct = told_directly(&scenario, seed, &stamps_us);
+        let direct = handled_directly(&scenario, seed, &stamps_us);
         let differs = inputs.iter().zip(&direct).position(|(a, b)| a != b);
         if let Some(first) = differs {
             panic!(
@@ -180,10 +182,10 @@ fn equal_seeds_give_equal_reports_and_others_do_not() {
         let reports = first.reports.iter().filter(|report| is(&report.content));
         reports.count() as f64 / seconds
     };
-    assert!((count(|said| matches!(said, ReportContent::Health(_))) - 8.0).abs() < 0.3);
-    let samples = count(|said| matches!(said, ReportContent::Samples(_)));
+    assert!((count(|text| matches!(text, ReportContent::Health(_))) - 8.0).abs() < 0.3);
+    let samples = count(|text| matches!(text, ReportContent::Samples(_)));
     assert!((120.0..125.0).contains(&samples), "{samples}");
-    let poses = count(|said| matches!(said, ReportContent::Pose { .. }));
+    let poses = count(|text| matches!(text, ReportContent::Pose { .. }));
     assert!((15.2..16.1).contains(&poses), "{poses}");
     let offsets = first
         .reports
@@ -258,7 +260,7 @@ fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
     let story: String = rows.iter().map(|row| format!("{row}\n")).collect();
     assert!(rows.iter().all(|row| row.holds()), "\n{story}");
     // Six with trouble, which made a difference.
-    let judged = rows.iter().filter(|row| row.trouble.is_some());
+    let judged = rows.iter().filter(|row| row.sensor_break.is_some());
     let touched = judged.filter(|row| row.worst.is_some_and(|(loss, _)| loss.abs() > 0.0));
     assert_eq!(touched.count(), 6, "\n{story}");
 }
@@ -273,7 +275,7 @@ fn f14_garbage_of_one_sensor_costs_less_than_three_points() {
 }
 
 #[test]
-fn f12_a_dazzled_sensor_turns_no_free_cells_into_walls() {
+fn f12_ambient_saturation_turns_no_free_cells_into_walls() {
     // 50 000 counts are 12.5 klx; what of it the sensor takes for its own looks like a
     // wall at 58 mm.
     let lit = Kind::Lit {
@@ -294,7 +296,7 @@ struct Watched<'a> {
     records: FilterRecords,
     mapper: CountingMapper,
     steps: Vec<(u64, Pose)>,
-    broke_off: Vec<u64>,
+    was_reset: Vec<u64>,
     particle_events: usize,
     faults: Vec<(u64, InputError)>,
 }
@@ -315,7 +317,7 @@ impl<'a> Watched<'a> {
             records: FilterRecords::new(config.photometry),
             mapper: CountingMapper::new(scenario.cell_m),
             steps: Vec::new(),
-            broke_off: Vec::new(),
+            was_reset: Vec::new(),
             particle_events: 0,
             faults: Vec::new(),
         }
@@ -333,7 +335,7 @@ impl<'a> Watched<'a> {
                 .translate(event, &mut |record| self.mapper.take(record));
             match event {
                 Event::StepBegun(step) => self.steps.push((at_us, step.pose)),
-                Event::OdometryReset { .. } => self.broke_off.push(at_us),
+                Event::OdometryReset { .. } => self.was_reset.push(at_us),
                 Event::Particles(Particles { outcomes, .. }) => {
                     self.particle_events += outcomes.len();
                 }
@@ -416,7 +418,7 @@ fn f01_a_dead_sensor_is_named_within_one_step() {
 }
 
 #[test]
-fn f18_without_any_sensor_nothing_is_said_about_the_world_any_more() {
+fn f18_without_any_sensor_there_are_no_outcomes() {
     for (name, sensors) in [("ssso", 1), ("msod", SENSORS)] {
         let scenario = scenario(name);
         let dead_us = at_middle_us(&scenario);
@@ -466,7 +468,7 @@ fn f20_while_the_bus_is_silent_nothing_moves_and_then_it_goes_on() {
         let scenario = scenario(name);
         let from_us = middle_us(&scenario);
         let silence = from_us..from_us + silent_us;
-        let faults = ActiveFaults::none().during(silence, Component::Can, Kind::Off);
+        let faults = ActiveFaults::none().within(silence, Component::Can, Kind::Off);
         let config = config(&scenario, Profile::Plus, 100);
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
@@ -478,7 +480,7 @@ fn f20_while_the_bus_is_silent_nothing_moves_and_then_it_goes_on() {
         let silent = steps.filter(|(at_us, _)| is_silent(at_us)).count();
         assert_eq!(silent, 0, "{name}, {silent_us} us");
         assert_eq!(
-            watched.broke_off.len(),
+            watched.was_reset.len(),
             breaks_off,
             "{name}, {silent_us} us"
         );
@@ -501,7 +503,7 @@ fn f21_a_bus_that_is_off_for_120_ms_costs_nothing() {
     for seed in 100..102 {
         let from_us = middle_us(&scenario);
         let off =
-            ActiveFaults::none().during(from_us..from_us + 120_000, Component::Can, Kind::Off);
+            ActiveFaults::none().within(from_us..from_us + 120_000, Component::Can, Kind::Off);
         let off = mapped(&scenario, Profile::Plus, seed, off);
         let sound = mapped(&scenario, Profile::Plus, seed, ActiveFaults::none());
         assert!(off.outcome.steps.abs_diff(sound.outcome.steps) <= 1);
@@ -551,14 +553,14 @@ fn f31_a_jump_in_the_frames_smears_nothing_and_what_insists_is_a_new_origin() {
     // One frame, two frames, all frames from there on.
     for (length_us, breaks_off) in [(63_000, 0), (126_000, 0), (u64::MAX / 4, 1)] {
         let when_us = from_us..from_us + length_us;
-        let faults = ActiveFaults::none().during(when_us, Component::Can, Kind::Wrong(500));
+        let faults = ActiveFaults::none().within(when_us, Component::Can, Kind::Wrong(500));
         let config = config(&scenario, Profile::Plus, 100);
         let mut particles = set();
         let robot = robot(&scenario, 100, faults);
         let mut watched = Watched::new(&scenario, &config, robot, &mut particles);
         watched.finish();
-        assert_eq!(watched.broke_off.len(), breaks_off, "{length_us} us");
-        let new_origin_us = watched.broke_off.first().copied().unwrap_or(u64::MAX);
+        assert_eq!(watched.was_reset.len(), breaks_off, "{length_us} us");
+        let new_origin_us = watched.was_reset.first().copied().unwrap_or(u64::MAX);
         let off = watched.off_m(|at_us| {
             if at_us < new_origin_us {
                 [0.0; 2]
@@ -610,24 +612,24 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
         ..scenario.config(Profile::Plus)
     };
     let mut particles = set();
-    let mut terminal =
+    let mut endpoint =
         DeviceEndpoint::new(Node::new(&mut particles), boot_on_host(CAPACITY as u32), 7);
     let mut line = Vec::new();
     let mut send = |frame: &[u8], _| line.extend_from_slice(frame);
-    terminal.introduce(&mut send);
-    terminal.inject(&Input::Configure(config), &mut send);
+    endpoint.introduce(&mut send);
+    endpoint.inject(&Input::Configure(config), &mut send);
     for report in robot(&scenario, 100, ActiveFaults::none()) {
         match report.content {
-            ReportContent::Health(health) => terminal.publish(&Message::Health(health), &mut send),
+            ReportContent::Health(health) => endpoint.publish(&Message::Health(health), &mut send),
             ReportContent::Offsets(offsets) => {
-                terminal.publish(&Message::Offsets(offsets), &mut send)
+                endpoint.publish(&Message::Offsets(offsets), &mut send)
             }
-            said => terminal.inject(&said.input().unwrap(), &mut send),
+            text => endpoint.inject(&text.input().unwrap(), &mut send),
         }
     }
     let recording = log::read_from(line.as_slice()).unwrap();
     assert_eq!(recording.config, Some(config), "{:?}", recording.refusals);
-    fn said<'e>(events: impl Iterator<Item = &'e Event>) -> Vec<Event> {
+    fn text<'e>(events: impl Iterator<Item = &'e Event>) -> Vec<Event> {
         let of_steps = |event: &&Event| {
             matches!(
                 event,
@@ -641,7 +643,7 @@ fn what_a_robot_recorded_of_its_own_drive_replays_to_the_same_steps() {
         replayed.push(event.clone())
     })
     .unwrap();
-    let (live, replayed) = (said(recording.events()), said(replayed.iter()));
+    let (live, replayed) = (text(recording.events()), text(replayed.iter()));
     assert!(live.len() > 200, "{}", live.len());
     assert!(live == replayed, "{} and {}", live.len(), replayed.len());
 }

@@ -108,7 +108,7 @@ fn a_long_drive_refuses_nothing_steps_every_centimetre_and_ends_alike_twice() {
 fn f41_own_steps_are_never_late_and_statuses_come_on_time_for_as_long_as_it_runs() {
     let minutes = minutes("IPF_SOAK_QEMU_MINUTES", 0.0);
     if minutes == 0.0 {
-        common::say_skipped("IPF_SOAK_QEMU_MINUTES is not set");
+        common::report_skipped("IPF_SOAK_QEMU_MINUTES is not set");
         return;
     }
     let Some(image) = common::image() else { return };

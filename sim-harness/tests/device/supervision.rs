@@ -16,7 +16,7 @@ use amiro_ipf::board::supervision::{
 use amiro_ipf::filter::Profile;
 use amiro_ipf::link::Message;
 use amiro_ipf::node::{Config, Input, InputError, Source, StepRule};
-use sim_harness::device::{Board, Image, LinkError, News, QemuOptions, drive, record};
+use sim_harness::device::{Board, Image, LinkError, QemuOptions, RecordingEvent, drive, record};
 use sim_harness::{log, run};
 
 use crate::common;
@@ -147,7 +147,7 @@ impl Bench {
 
     /// What the board says after its next boot message: how it ended, if it says so, and
     /// how it has begun.
-    fn next_life(&mut self) -> (Option<PostMortem>, Supervision) {
+    fn next_boot(&mut self) -> (Option<PostMortem>, Supervision) {
         let mut post_mortem = None;
         loop {
             match self.board.next_message().unwrap() {
@@ -208,7 +208,7 @@ fn f55_a_panic_comes_back_as_its_place_after_the_reset() {
         return;
     };
     bench.panic_at("src/some/where.rs", 4242);
-    let (record, supervision) = bench.next_life();
+    let (record, supervision) = bench.next_boot();
     let record = record.unwrap();
     assert_eq!(record.cause, FailureCause::Panic);
     assert_eq!(
@@ -233,7 +233,7 @@ fn f56_an_undefined_instruction_comes_back_with_its_address() {
         debugger.write(SCRATCH, &[0x00, 0xde]);
         debugger.set_register(PC, SCRATCH);
     });
-    let record = bench.next_life().0.unwrap();
+    let record = bench.next_boot().0.unwrap();
     assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     // Usage fault: undefined instruction.
@@ -251,7 +251,7 @@ fn f56_an_access_to_nothing_comes_back_with_both_addresses() {
         debugger.set_register(0, 0x6000_0000);
         debugger.set_register(PC, SCRATCH);
     });
-    let record = bench.next_life().0.unwrap();
+    let record = bench.next_boot().0.unwrap();
     assert_eq!(record.cause, FailureCause::Fault);
     assert_eq!(record.registers.pc, SCRATCH);
     assert_eq!(record.registers.address, 0x6000_0000, "{record:?}");
@@ -276,7 +276,7 @@ fn f5c_an_interrupt_without_a_handler_comes_back_as_its_number() {
             }
             debugger.set_register(PC, SCRATCH);
         });
-        let record = bench.next_life().0.unwrap();
+        let record = bench.next_boot().0.unwrap();
         assert_eq!(record.cause, FailureCause::Panic, "{record:?}");
         assert_eq!(record.place, "unhandled exception");
         assert_eq!(record.line, exception);
@@ -295,7 +295,7 @@ fn f57_a_stack_that_meets_its_guard_comes_back_as_that() {
         debugger.write(SCRATCH, &[0xff, 0xb4, 0xfd, 0xe7]);
         debugger.set_register(PC, SCRATCH);
     });
-    let record = bench.next_life().0.unwrap();
+    let record = bench.next_boot().0.unwrap();
     assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
@@ -312,12 +312,12 @@ fn f57_a_stack_pointer_within_the_guard_is_survived_too() {
         debugger.set_register(SP, guard + 512);
         debugger.set_register(PC, SCRATCH);
     });
-    let record = bench.next_life().0.unwrap();
+    let record = bench.next_boot().0.unwrap();
     assert_eq!(record.cause, FailureCause::StackOverflow, "{record:?}");
 }
 
 #[test]
-fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
+fn f6a_a_recording_of_an_image_that_fails_continues_in_another_part() {
     let Some(mut bench) = Bench::new() else {
         return;
     };
@@ -339,15 +339,15 @@ fn f6a_a_recording_of_an_image_that_dies_goes_on_in_another_part() {
         board,
         &config,
         |part| Ok(files[part as usize - 1].clone()),
-        |news| {
-            match news {
-                News::Message(Message::Status(_)) => {
+        |event| {
+            match event {
+                RecordingEvent::Message(Message::Status(_)) => {
                     statuses += 1;
                     if statuses == 10 {
                         panic_at(socket, image, "src/node.rs", 77);
                     }
                 }
-                News::Message(Message::PostMortem(record)) => {
+                RecordingEvent::Message(Message::PostMortem(record)) => {
                     ends.push((record.cause, record.place.to_string(), record.line));
                 }
                 _ => {}
@@ -402,7 +402,7 @@ fn f58_the_third_death_in_ten_seconds_ends_in_the_safe_mode() {
     let mut modes = Vec::new();
     for _ in 0..3 {
         bench.panic_at("src/again.rs", 7);
-        let (record, supervision) = bench.next_life();
+        let (record, supervision) = bench.next_boot();
         assert_eq!(record.unwrap().line, 7);
         modes.push(supervision.mode);
     }
@@ -456,7 +456,7 @@ fn f5a_a_flipped_bit_in_the_flash_is_found_and_nothing_is_filtered() {
 }
 
 #[test]
-fn a_second_s_supervision_tells_how_much_stack_was_never_used() {
+fn a_second_s_supervision_reports_the_unused_stack() {
     let Some(mut bench) = Bench::new() else {
         return;
     };

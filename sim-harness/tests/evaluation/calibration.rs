@@ -167,7 +167,7 @@ fn a_black_wall_is_fitted_and_the_filter_takes_it() {
 }
 
 #[test]
-fn angles_of_zero_hold_the_lobe_at_its_default() {
+fn angles_of_zero_keep_the_beam_pattern_at_its_default() {
     let table = table_of(&Photometry::VCNL4020, &[0.0], 1);
     let fit = fit(&table, &Fixed::default()).unwrap();
     let xi = fit.estimate(Parameter::Xi).unwrap();

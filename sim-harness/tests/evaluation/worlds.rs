@@ -136,7 +136,7 @@ fn mean_counts(words: &str, seed: u64) -> f64 {
 }
 
 #[test]
-fn drift_and_reflectivity_move_the_counts_by_what_they_say() {
+fn drift_and_reflectivity_change_the_counts_by_their_amount() {
     // The same noise in both, so that only rounding differs: 7512 values, each within
     // 1/sqrt(6) of a count of their difference; 4 sigma of the mean are 0.02.
     for seed in 1..=3 {
@@ -172,7 +172,7 @@ fn the_drive_past_a_block_returns_less_by_patches() {
 }
 
 #[test]
-fn the_amiro_tells_a_pose_every_63_ms_on_the_grid_of_256_millionths() {
+fn the_amiro_sends_a_pose_every_63_ms_on_the_grid_of_256_millionths() {
     let scenario = msod();
     let drive = Drive::of(&scenario);
     let mut newest_us = None;

@@ -8,6 +8,12 @@
 
 mod mutation;
 
+#[path = "../../../tests/fuzz/src/senses.rs"]
+#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
+mod acquisition;
+#[path = "../../../tests/fuzz/src/terminal.rs"]
+#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
+mod endpoint;
 #[path = "../../../tests/fuzz/src/framing.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod framing;
@@ -20,12 +26,6 @@ mod scenarios;
 #[path = "../../../tests/fuzz/src/seeds.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod seeds;
-#[path = "../../../tests/fuzz/src/senses.rs"]
-#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
-mod senses;
-#[path = "../../../tests/fuzz/src/terminal.rs"]
-#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
-mod terminal;
 #[path = "../../../tests/fuzz/src/wire.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod wire;
@@ -100,7 +100,7 @@ fn f66_any_bytes_through_the_decoder_are_refused_or_read_in_one_way() {
 
 #[test]
 fn f66_a_board_survives_any_stream_and_steps_afterwards() {
-    run_all("terminal", terminal::check, 3_000);
+    run_all("terminal", endpoint::check, 3_000);
 }
 
 #[test]
@@ -114,11 +114,11 @@ fn any_text_as_a_scenario_is_refused_or_can_be_driven() {
 }
 
 #[test]
-fn any_answers_and_frames_leave_the_senses_ready_for_sound_ones() {
-    run_all("senses", senses::check, 1_500);
+fn the_acquisition_recovers_from_any_answers_and_frames() {
+    run_all("senses", acquisition::check, 1_500);
 }
 
 #[test]
-fn any_words_are_refused_or_say_what_they_were_read_from() {
+fn any_fault_words_are_refused_or_print_as_they_were_read() {
     run_all("words", words::check, 10_000);
 }

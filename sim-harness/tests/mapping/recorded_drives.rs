@@ -16,12 +16,12 @@ use crate::common;
 /// The sensors that see the guide robot ahead.
 const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
 
-fn survey(folder: &Path, drive: &str, profile: Profile) -> RunRecord {
-    survey_with(None, folder, drive, profile)
+fn drive_run(folder: &Path, drive: &str, profile: Profile) -> RunRecord {
+    run_with(None, folder, drive, profile)
 }
 
-/// A survey whose map has the footprint of a hull of the given radius, if any.
-fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> RunRecord {
+/// The record of a drive whose map has the footprint of a hull of the given radius, if any.
+fn run_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile) -> RunRecord {
     let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
     let recording = log::read(&file).unwrap();
     let mut config = Config {
@@ -29,10 +29,10 @@ fn survey_with(hull_m: Option<f64>, folder: &Path, drive: &str, profile: Profile
         ..Config::amiro(profile)
     };
     config.photometry.x_max_m = 0.17;
-    let mut survey = RunRecord::new(&config, 0.010, hull_m);
-    let outcome = run(&config, &recording.inputs, |event| survey.take(event)).unwrap();
+    let mut record = RunRecord::new(&config, 0.010, hull_m);
+    let outcome = run(&config, &recording.inputs, |event| record.take(event)).unwrap();
     assert_eq!(outcome.faults().count(), 0, "{drive}: {outcome:?}");
-    survey
+    record
 }
 
 /// What `plus` finds beside the first leg of each drive: the walls, and nothing else.
@@ -46,8 +46,8 @@ fn walls_of_the_recorded_drives_are_found_where_they_stand() {
         ("Gang", true, true),
         ("Right_Right", false, true),
     ] {
-        let survey = survey(&folder, drive, Profile::Plus);
-        let legs = WallReport::by_leg(&MappedPath::new(&survey.map(), &survey.path()));
+        let drive_run = drive_run(&folder, drive, Profile::Plus);
+        let legs = WallReport::by_leg(&MappedPath::new(&drive_run.map(), &drive_run.path()));
         let leg = legs.first().unwrap();
         for (side, is_wall) in [(leg.left, left), (leg.right, right)] {
             assert_eq!(side.claimed, is_wall, "{drive}: {leg}");
@@ -66,11 +66,11 @@ fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
     let Some(folder) = common::recordings() else {
         return common::skip("no recordings");
     };
-    let under_the_hull = |survey: &RunRecord| {
-        let map = survey.map();
+    let under_the_hull = |drive_run: &RunRecord| {
+        let map = drive_run.map();
         let under = map.cells_of(Occupancy::Occupied).filter(|cell| {
             let (x, y) = map.centre(*cell);
-            let mut path = survey.path().into_iter();
+            let mut path = drive_run.path().into_iter();
             path.any(|(robot_x, robot_y)| (x - robot_x).hypot(y - robot_y) < 0.05 - 1e-6)
         });
         under.count()
@@ -80,9 +80,9 @@ fn no_cell_is_occupied_where_the_hull_of_a_recorded_robot_has_been() {
         ("Gang", Profile::Plus, 17),
         ("Left", Profile::Paper, 12),
     ] {
-        let counted = survey(&folder, drive, profile);
+        let counted = drive_run(&folder, drive, profile);
         assert_eq!(under_the_hull(&counted), before, "{drive}");
-        let cleared = survey_with(Some(0.05), &folder, drive, profile);
+        let cleared = run_with(Some(0.05), &folder, drive, profile);
         assert_eq!(under_the_hull(&cleared), 0, "{drive}");
     }
 }
@@ -93,8 +93,8 @@ fn steps_of_the_recorded_drives_are_ten_millimetres_long() {
         return common::skip("no recordings");
     };
     for drive in ["Left", "Gang", "Right_Right"] {
-        let mean = survey(&folder, drive, Profile::Paper)
-            .figures()
+        let mean = drive_run(&folder, drive, Profile::Paper)
+            .statistics()
             .mean_step_m
             .unwrap();
         // Rows are 5 to 10 mm apart; the remainder of each step is carried over.
@@ -108,8 +108,8 @@ fn a_drive_gives_the_same_digest_twice_and_another_for_another_seed() {
         return common::skip("no recordings");
     };
     let digest = || {
-        survey(&folder, "Left", Profile::Paper)
-            .figures()
+        drive_run(&folder, "Left", Profile::Paper)
+            .statistics()
             .last_digest
     };
     assert!(digest().is_some());

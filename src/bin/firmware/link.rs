@@ -13,7 +13,7 @@ use stm32f4xx_hal::pac::{Interrupt, USART1, USART2};
 use crate::requests::TASKS;
 use amiro_ipf::board::budget::{INPUT_ROOM, RECEIVE_QUEUE, RESERVE, SEND_QUEUE};
 
-/// Received bytes lost for want of room or to line errors.
+/// Received bytes lost because of a full queue or a line error.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// A frame that waits to be sent; on a word's boundary, like the encoder's.
@@ -172,8 +172,8 @@ impl Outbox {
     /// Queues a frame, or drops it and counts it.
     ///
     /// Particle frames leave a reserve for all other frames; nothing waits.
-    pub(crate) fn send(&mut self, frame: &[u8], importance: Priority) {
-        let reserve = match importance {
+    pub(crate) fn send(&mut self, frame: &[u8], priority: Priority) {
+        let reserve = match priority {
             Priority::BestEffort => RESERVE,
             Priority::Reliable => 0,
         };

@@ -20,7 +20,7 @@ const STEP_BUDGET_US: u64 = 100_000;
 
 /// The portable program between its queues.
 pub(crate) struct Program {
-    terminal: DeviceEndpoint<'static, CAPACITY>,
+    endpoint: DeviceEndpoint<'static, CAPACITY>,
     reported: Reported,
     inbox: Inbox,
     outbox: Outbox,
@@ -51,7 +51,7 @@ impl Program {
             loader,
         } = boot_info;
         let mut program = Self {
-            terminal: DeviceEndpoint::new(Node::new(particles), boot, boot_id),
+            endpoint: DeviceEndpoint::new(Node::new(particles), boot, boot_id),
             reported,
             inbox,
             outbox,
@@ -65,9 +65,9 @@ impl Program {
             heartbeats: 0,
         };
         let Self {
-            terminal, outbox, ..
+            endpoint, outbox, ..
         } = &mut program;
-        terminal.introduce(&mut |frame, importance| outbox.send(frame, importance));
+        endpoint.introduce(&mut |frame, priority| outbox.send(frame, priority));
         if let Some(post_mortem) = post_mortem {
             program.publish(&Message::PostMortem(post_mortem));
         }
@@ -79,22 +79,21 @@ impl Program {
                 ..Config::default()
             }));
         } else {
-            program.terminal.enter_safe_mode();
+            program.endpoint.enter_safe_mode();
         }
         program
     }
 
     fn publish(&mut self, message: &Message) {
         let outbox = &mut self.outbox;
-        self.terminal.publish(message, &mut |frame, importance| {
-            outbox.send(frame, importance)
-        });
+        self.endpoint
+            .publish(message, &mut |frame, priority| outbox.send(frame, priority));
     }
 
     fn handle(&mut self, input: &Input) {
-        self.timed(|terminal, outbox| {
-            terminal.inject(input, &mut |frame, importance| {
-                outbox.send(frame, importance);
+        self.timed(|endpoint, outbox| {
+            endpoint.inject(input, &mut |frame, priority| {
+                outbox.send(frame, priority);
             });
         });
     }
@@ -134,7 +133,7 @@ impl Program {
             return;
         }
         self.status.uptime_ms = uptime_ms();
-        if self.terminal.node().status().own_ticks {
+        if self.endpoint.node().status().own_ticks {
             self.status.overruns = self.status.overruns.wrapping_add(heartbeats - 1);
             let stamp_us = self.status.uptime_ms * 1000;
             self.handle(&Input::Tick { stamp_us });
@@ -143,11 +142,11 @@ impl Program {
         self.supervise();
         self.status.sent_frames = self.outbox.sent();
         self.status.dropped_frames = self.outbox.dropped();
-        self.status.broken_frames = self.terminal.broken_frames();
+        self.status.broken_frames = self.endpoint.broken_frames();
         self.status.lost_bytes = self.inbox.lost();
         let outbox = &mut self.outbox;
-        self.terminal.report(self.status, &mut |frame, importance| {
-            outbox.send(frame, importance)
+        self.endpoint.report(self.status, &mut |frame, priority| {
+            outbox.send(frame, priority)
         });
     }
 
@@ -173,7 +172,7 @@ impl Program {
     /// Lowers the number of particles if a step of the board's own readings took too
     /// long. A host waits for its answers, so its inputs are never limited.
     fn limit_load(&mut self, cycles: u32) {
-        let node = self.terminal.node();
+        let node = self.endpoint.node();
         let is_own = node.config().source == Source::Board || node.status().own_ticks;
         let configured = node.config().particles_per_sensor;
         let step_us = u64::from(cycles / self.cycles_per_us.max(1));
@@ -182,8 +181,8 @@ impl Program {
                 particles_per_sensor,
             };
             let outbox = &mut self.outbox;
-            self.terminal.inject(&limit, &mut |frame, importance| {
-                outbox.send(frame, importance);
+            self.endpoint.inject(&limit, &mut |frame, priority| {
+                outbox.send(frame, priority);
             });
         }
     }
@@ -201,12 +200,10 @@ impl Program {
             let Some(byte) = self.inbox.next() else {
                 return false;
             };
-            let handled = self.timed(|terminal, outbox| {
-                terminal.receive(byte, &mut |frame, importance| {
-                    outbox.send(frame, importance)
-                })
+            let handled = self.timed(|endpoint, outbox| {
+                endpoint.receive(byte, &mut |frame, priority| outbox.send(frame, priority))
             });
-            if self.terminal.take_calibration() {
+            if self.endpoint.take_calibration() {
                 request_calibration();
             }
             if handled {
@@ -222,11 +219,11 @@ impl Program {
         work: impl FnOnce(&mut DeviceEndpoint<'static, CAPACITY>, &mut Outbox) -> T,
     ) -> T {
         let start = self.cycles.now();
-        let result = work(&mut self.terminal, &mut self.outbox);
-        let steps = self.terminal.node().status().steps;
+        let result = work(&mut self.endpoint, &mut self.outbox);
+        let steps = self.endpoint.node().status().steps;
         if steps != self.steps_seen {
             let cycles = (self.cycles.now() - start).min(u64::from(u32::MAX)) as u32;
-            // A new configuration counts its steps, and their most cycles, anew.
+            // A new configuration starts new step counts and a new maximum of cycles.
             let most = if steps > self.steps_seen {
                 self.status.step_cycles_max
             } else {

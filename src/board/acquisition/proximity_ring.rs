@@ -133,7 +133,7 @@ impl ProximityRing {
         AMIRO_CONNECTIONS.map(|at| self.sensor(at).state(now_us))
     }
 
-    /// The last raw value of sensor `index`, whatever its age and state; `None` if it
+    /// The last raw value of sensor `index`, of any age and state; `None` if it
     /// has none or the ring has no such sensor.
     #[must_use]
     pub fn raw(&self, index: usize) -> Option<u16> {

@@ -37,7 +37,7 @@ pub struct CanControllerHealth {
     pub sent: u32,
     /// Frames given up after 20 ms in a mailbox.
     pub given_up: u32,
-    /// Frames refused for want of a mailbox or of the bus.
+    /// Frames refused because no mailbox was free or the bus was not joined.
     pub refused: u32,
     /// Times that the unit went off the bus.
     pub bus_offs: u32,

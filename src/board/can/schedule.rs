@@ -5,7 +5,7 @@ use crate::model::{SENSORS, SensorMask};
 /// Between the first frames of two cycles, microseconds: the robots' 63 ms.
 pub const CYCLE_US: u64 = 63_000;
 
-/// Between two frames of a cycle, microseconds: some receivers lose what comes closer.
+/// Between two frames of a cycle, microseconds: some receivers lose closer frames.
 pub const LEAST_GAP_US: u64 = 3_000;
 
 /// Paces the ring's frames: sensors 0 to 7 once in 63 ms, 3 ms apart at least.
@@ -22,8 +22,8 @@ pub struct RingSchedule {
 }
 
 impl RingSchedule {
-    /// Whether it can be time for a frame; when not, [`RingSchedule::due`] gives none
-    /// whatever is present, and `present` need not be computed.
+    /// Whether it can be time for a frame; otherwise [`RingSchedule::due`] gives none
+    /// and `present` need not be computed.
     #[must_use]
     pub const fn may_be_due(&self, now_us: u64) -> bool {
         let Some((began_us, sent_us)) = self.cycle else {

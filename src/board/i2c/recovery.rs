@@ -10,7 +10,7 @@ const PATIENCE: u8 = 20;
 /// and the acknowledgement that it does not get.
 const CLOCKS: u8 = 9;
 
-/// Frees the bus and sets the unit up anew; whether bus and unit are idle afterwards.
+/// Frees the bus and sets the unit up again; returns whether bus and unit are idle afterwards.
 ///
 /// 1. The unit is switched off and the pins are taken.
 /// 2. While SDA is low, at most nine clocks: a part that a reset or a lost clock left
@@ -21,7 +21,7 @@ const CLOCKS: u8 = 9;
 ///    a misplaced stop left behind \[ES, start after a misplaced stop\], and the
 ///    settings again, which the reset loses.
 ///
-/// The unit is left switched on whatever the outcome. At most some 60 half clocks,
+/// The unit is left switched on in either case. At most some 60 half clocks,
 /// 150 us; 15 us where nothing is wrong.
 pub(super) fn recover<R: I2cRegisters>(registers: &mut R, timing: I2cTiming) -> bool {
     registers.write(I2cRegister::Cr1, 0);

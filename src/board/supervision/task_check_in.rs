@@ -39,7 +39,7 @@ impl TaskCheckIn {
         self.0.fetch_or(task.bit(), Ordering::Relaxed);
     }
 
-    /// Whether all tasks have checked in; if so, begins anew. Otherwise those that have
+    /// Whether all tasks have checked in; if so, starts again. Otherwise those that have
     /// stay checked in.
     #[must_use]
     pub fn all_checked_in(&self) -> bool {

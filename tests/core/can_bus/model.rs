@@ -186,7 +186,7 @@ impl Bxcan {
     }
 
     /// Somebody else's frame.
-    pub(crate) fn hears(&mut self, frame: &WireFrame) {
+    pub(crate) fn receives(&mut self, frame: &WireFrame) {
         let listens = self.is_present
             && !self.is_in_initialisation
             && !self.is_off

@@ -34,24 +34,24 @@ pub const OWN: u8 = 2;
 /// Runs the operations that the bytes say; afterwards the board still steps.
 pub fn check(bytes: &[u8]) {
     let mut particles = ParticleSet::<N>::new();
-    let mut terminal = DeviceEndpoint::new(Node::new(&mut particles), BOOT, 1);
+    let mut endpoint = DeviceEndpoint::new(Node::new(&mut particles), BOOT, 1);
     let mut script = Script(bytes);
     let mut sequence = 0_u16;
     while !script.is_over() {
         let operation = script.byte();
         let piece = script.piece();
         match operation & 3 {
-            RAW => receive(&mut terminal, piece),
-            OWN => inject(&mut terminal, piece),
+            RAW => receive(&mut endpoint, piece),
+            OWN => inject(&mut endpoint, piece),
             _ => {
-                receive(&mut terminal, &frame_around(0xa5, sequence, piece));
+                receive(&mut endpoint, &frame_around(0xa5, sequence, piece));
                 // Now and then numbers that are out of order.
                 sequence = sequence.wrapping_add(u16::from(operation >> 2) + 1);
             }
         }
-        assert_particles_are_near(&terminal);
+        assert_particles_are_near(&endpoint);
     }
-    assert_still_steps(&mut terminal);
+    assert_still_steps(&mut endpoint);
 }
 
 const BOOT: Boot = Boot {
@@ -64,10 +64,10 @@ const BOOT: Boot = Boot {
     core_hz: 0,
 };
 
-fn receive(terminal: &mut DeviceEndpoint<'_, N>, bytes: &[u8]) {
+fn receive(endpoint: &mut DeviceEndpoint<'_, N>, bytes: &[u8]) {
     for byte in bytes {
         let mut frames = 0;
-        terminal.receive(*byte, &mut |frame, _| {
+        endpoint.receive(*byte, &mut |frame, _| {
             frames += 1;
             assert_is_sent_whole(frame);
         });
@@ -75,12 +75,12 @@ fn receive(terminal: &mut DeviceEndpoint<'_, N>, bytes: &[u8]) {
     }
 }
 
-fn inject(terminal: &mut DeviceEndpoint<'_, N>, payload: &[u8]) {
+fn inject(endpoint: &mut DeviceEndpoint<'_, N>, payload: &[u8]) {
     let Ok(Message::Input(input)) = postcard::from_bytes(payload) else {
         return;
     };
     let mut frames = 0;
-    terminal.inject(&input, &mut |frame, _| {
+    endpoint.inject(&input, &mut |frame, _| {
         frames += 1;
         assert_is_sent_whole(frame);
     });
@@ -95,8 +95,8 @@ fn assert_is_sent_whole(frame: &[u8]) {
     );
 }
 
-fn assert_particles_are_near(terminal: &DeviceEndpoint<'_, N>) {
-    let node = terminal.node();
+fn assert_particles_are_near(endpoint: &DeviceEndpoint<'_, N>) {
+    let node = endpoint.node();
     let radius_m = node.config().parameters.local_radius_m;
     for (place, steps) in node.filter().live() {
         // A particle may be drawn farther off, and departs in the next step.
@@ -111,8 +111,8 @@ fn assert_particles_are_near(terminal: &DeviceEndpoint<'_, N>) {
 }
 
 /// A new session after anything: two steps, nothing refused.
-fn assert_still_steps(terminal: &mut DeviceEndpoint<'_, N>) {
-    receive(terminal, &[0]);
+fn assert_still_steps(endpoint: &mut DeviceEndpoint<'_, N>) {
+    receive(endpoint, &[0]);
     let config = Config {
         particles_per_sensor: 4,
         ..Config::amiro(Profile::Plus)
@@ -125,11 +125,11 @@ fn assert_still_steps(terminal: &mut DeviceEndpoint<'_, N>) {
         inputs.push(Input::Odometry { stamp_us, pose }.into());
         inputs.push(Input::Proximity { stamp_us, samples }.into());
     }
-    let refused = terminal.node().status().refused;
+    let refused = endpoint.node().status().refused;
     let mut steps = 0;
     for input in inputs {
         for byte in encoder.encode(&input).to_vec() {
-            terminal.receive(byte, &mut |frame, _| {
+            endpoint.receive(byte, &mut |frame, _| {
                 let mut inside = frame[..frame.len() - 1].to_vec();
                 let said = Frame::decode(&mut inside).unwrap();
                 let done = matches!(said.message, Message::Event(Event::StepDone(_)));
@@ -137,5 +137,5 @@ fn assert_still_steps(terminal: &mut DeviceEndpoint<'_, N>) {
             });
         }
     }
-    assert_eq!((steps, terminal.node().status().refused), (2, refused));
+    assert_eq!((steps, endpoint.node().status().refused), (2, refused));
 }

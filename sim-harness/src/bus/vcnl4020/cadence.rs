@@ -1,4 +1,4 @@
-//! A clock inside a part that makes something happen again and again.
+//! A periodic clock inside a part.
 
 /// When a periodic measurement ends next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Cadence {
         self.next_ns
     }
 
-    /// Whether a measurement has ended by now; each is told once.
+    /// Whether a measurement has ended by now; each is reported once.
     pub(super) fn has_ended(&mut self, now_ns: u64) -> bool {
         let ended = self.next_ns <= now_ns;
         if ended {
@@ -32,7 +32,7 @@ impl Cadence {
         ended
     }
 
-    /// The measurement under way ends then, the others by their periods after it.
+    /// Sets when the measurement under way ends; the others follow by their periods.
     pub(super) fn end_at(&mut self, at_ns: u64) {
         self.next_ns = at_ns;
     }

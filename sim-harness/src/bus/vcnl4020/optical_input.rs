@@ -1,8 +1,8 @@
-//! What falls on the part, in counts.
+//! The light on the part, in counts.
 
 use std::collections::VecDeque;
 
-/// What the sensor sees.
+/// The light that the next measurements give.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OpticalInput {
     signal: u16,
@@ -11,18 +11,18 @@ pub(super) struct OpticalInput {
 }
 
 impl OpticalInput {
-    /// Every proximity measurement gives this from now on; what was queued is forgotten.
+    /// Sets the result of every proximity measurement from now on and clears the queue.
     pub(super) fn set_signal(&mut self, raw: u16) {
         self.coming.clear();
         self.signal = raw;
     }
 
-    /// One for each of the next proximity measurements; the last one stays.
+    /// Sets the results of the next proximity measurements; the last one stays.
     pub(super) fn queue_signals(&mut self, raw: impl IntoIterator<Item = u16>) {
         self.coming.extend(raw);
     }
 
-    /// What the next proximity measurement gives.
+    /// The result of the next proximity measurement.
     pub(super) fn next_signal(&mut self) -> u16 {
         if let Some(signal) = self.coming.pop_front() {
             self.signal = signal;

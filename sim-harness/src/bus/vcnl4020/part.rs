@@ -1,4 +1,4 @@
-//! The part: what it says on the bus, and what it sees.
+//! The part: its answers on the bus, and its measurements.
 
 use super::optical_input::OpticalInput;
 use super::registers::{PROXIMITY_NS, Registers, Timing};
@@ -7,7 +7,7 @@ use crate::bus::{Device, InjectedBusFault, Vcnl4020Fault};
 /// The only address there is.
 const ADDRESS: u8 = 0x13;
 
-/// What the master is doing with it.
+/// State of the transfer with the master.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum RegisterTransfer {
     /// Nothing.
@@ -17,17 +17,15 @@ enum RegisterTransfer {
     Register,
     /// The next byte is for the register.
     Write,
-    /// The next byte is asked for.
+    /// The master reads the next byte.
     Read,
 }
 
-/// The sensor.
-///
-/// Periodic measurements come by its own clock, whatever the bus does. Results are not
-/// latched unless told so: a measurement that ends between the halves of a read gives
-/// one half of each. A result is there when its measurement ends; its ready bit is
-/// cleared by reading either half. Beyond the last register zeros are read, and what is
-/// written is acknowledged and lost.
+/// The sensor. Periodic measurements run by the part's own clock, independently of the bus.
+/// Results are not latched by default: a measurement that ends between the two halves of a
+/// read gives one half of each. A result is there when its measurement ends; its ready bit
+/// is cleared by reading either half. Beyond the last register, reads give zeros and
+/// written bytes are acknowledged and ignored.
 #[derive(Clone, Debug)]
 pub struct Vcnl4020Model {
     registers: Registers,
@@ -35,7 +33,7 @@ pub struct Vcnl4020Model {
     pointer: u8,
     transfer: RegisterTransfer,
     plugged: bool,
-    /// It hears no start at this time.
+    /// It misses a start at this time.
     deaf_at_ns: Option<u64>,
     latches: bool,
     /// The lower half that belongs to an upper half that was read, if the part latches.
@@ -83,13 +81,13 @@ impl Vcnl4020Model {
         self.timing.error_ppm = ppm;
     }
 
-    /// Makes it another part, that says so in register 0x81.
+    /// Makes it another part, with another identity in register 0x81.
     pub fn set_identity(&mut self, identity: u8) {
         self.registers.identity = identity;
     }
 
-    /// The periodic proximity measurement under way, if any, ends then, and the others
-    /// follow it by their periods.
+    /// Sets when the periodic proximity measurement under way ends; the others follow by
+    /// their periods.
     pub fn measure_next_at(&mut self, at_ns: u64) {
         self.registers.measure_proximity_at(at_ns);
     }
@@ -100,31 +98,30 @@ impl Vcnl4020Model {
         self.registers.measures_proximity_at_ns()
     }
 
-    /// What proximity measurements give from now on, in counts.
-    ///
-    /// On a bus the time that has passed must be told before: see
+    /// Sets the result of proximity measurements from now on, in counts.
+    /// On a bus, time must be advanced first: see
     /// [`FakeBus::parts_mut`](crate::bus::FakeBus::parts_mut).
     pub fn set_signal(&mut self, raw: u16) {
         self.optical_input.set_signal(raw);
     }
 
-    /// What the next proximity measurements give, one after the other; the last stays.
+    /// Sets the results of the next proximity measurements in order; the last stays.
     pub fn queue_signals(&mut self, raw: impl IntoIterator<Item = u16>) {
         self.optical_input.queue_signals(raw);
     }
 
-    /// What ambient measurements give from now on, in counts.
+    /// Sets the result of ambient measurements from now on, in counts.
     pub fn set_ambient(&mut self, raw: u16) {
         self.optical_input.ambient = raw;
     }
 
-    /// A register's content as a read would give it, without reading it.
+    /// A register's content, without the effects of a read.
     #[must_use]
     pub fn register(&self, register: u8) -> u8 {
         self.registers.get(register)
     }
 
-    /// What reading a register gives and does.
+    /// Reads a register, with the effects of a read.
     fn take(&mut self, register: u8) -> u8 {
         let latches_now = self.latches && matches!(register, 0x85 | 0x87);
         let lower = latches_now.then(|| self.registers.get(register + 1));
@@ -154,8 +151,8 @@ impl Device for Vcnl4020Model {
     fn start(&mut self, address: u8, read: bool, now_ns: u64) -> bool {
         self.pass(now_ns);
         self.latched = None;
-        let hears = self.plugged && self.deaf_at_ns != Some(now_ns);
-        self.transfer = match (hears && address == ADDRESS, read) {
+        let is_addressed = self.plugged && self.deaf_at_ns != Some(now_ns);
+        self.transfer = match (is_addressed && address == ADDRESS, read) {
             (false, _) => RegisterTransfer::Idle,
             (true, false) => RegisterTransfer::Register,
             (true, true) => RegisterTransfer::Read,
@@ -303,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_to_another_address() {
+    fn another_address_is_not_acknowledged() {
         let mut sensor = Vcnl4020Model::default();
         assert!(!sensor.start(0x14, false, 0));
         assert!(!sensor.write(0x83, 0));
@@ -314,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn each_rate_measures_as_often_as_the_sheet_says() {
+    fn each_rate_matches_the_data_sheet() {
         for (rate, in_1024_ms) in [(0, 2), (1, 4), (2, 8), (3, 16), (4, 32), (5, 64), (7, 256)] {
             let mut sensor = Vcnl4020Model::default();
             sensor.queue_signals(1..=300);
@@ -440,7 +437,7 @@ mod tests {
     }
 
     #[test]
-    fn another_part_says_so_after_a_reset_as_well() {
+    fn another_part_keeps_its_identity_after_a_reset() {
         let mut sensor = Vcnl4020Model::default();
         sensor.set_identity(0x32);
         let fault = Vcnl4020Fault::Reset;

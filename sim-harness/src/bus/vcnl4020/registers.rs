@@ -1,4 +1,4 @@
-//! The registers and what the part does by itself.
+//! The registers and the part's measurements.
 
 use super::cadence::Cadence;
 use super::optical_input::OpticalInput;
@@ -6,13 +6,13 @@ use super::thresholds::{Quantity, Thresholds};
 
 /// Register 0x81: product 2, revision 1.
 const ID: u8 = 0x21;
-/// Between two proximity measurements at rate 7, 250 a second.
+/// Period of proximity measurements at rate 7, 250 per second.
 const SHORTEST_PERIOD_NS: u64 = 4_000_000;
-/// Ambient measurements a second for the eight rates of register 0x84.
+/// Ambient measurements per second for the eight rates of register 0x84.
 const AMBIENT_PER_S: [u64; 8] = [1, 2, 3, 4, 5, 6, 8, 10];
-/// How long a proximity measurement takes. Not from the maker, who gives no figure.
+/// How long a proximity measurement takes. Assumed: the data sheet does not give it.
 pub(super) const PROXIMITY_NS: u64 = 400_000;
-/// How long an ambient measurement takes. Not from the maker either.
+/// How long an ambient measurement takes. Assumed as well.
 pub(super) const AMBIENT_NS: u64 = 100_000_000;
 
 /// Bits of the command register.
@@ -32,11 +32,11 @@ mod command {
 pub(super) struct Timing {
     /// From switching on periodic proximity to its first result.
     pub(super) phase_ns: u64,
-    /// How much slower than it should, in millionths.
+    /// Error of the clock, slower than nominal, in millionths.
     pub(super) error_ppm: i32,
 }
 
-/// The register file: what is lost with the supply.
+/// The register file, which is lost with the supply.
 #[derive(Clone, Debug)]
 pub(super) struct Registers {
     command: u8,
@@ -99,7 +99,7 @@ impl Registers {
         }
     }
 
-    /// What the bus reads, which takes a result's ready bit away.
+    /// A read by the bus, which clears a result's ready bit.
     pub(super) fn take(&mut self, register: u8) -> u8 {
         let value = self.get(register);
         match register {
@@ -110,7 +110,7 @@ impl Registers {
         value
     }
 
-    /// What the bus writes, as far as it can be written.
+    /// A write by the bus to the writable bits.
     pub(super) fn set(&mut self, register: u8, value: u8, timing: Timing, now_ns: u64) {
         let self_timed = self.command & command::SELF_TIMED != 0;
         match register {
@@ -206,7 +206,7 @@ impl Registers {
         true
     }
 
-    /// The periodic proximity measurement under way ends then.
+    /// Sets when the periodic proximity measurement under way ends.
     pub(super) fn measure_proximity_at(&mut self, at_ns: u64) {
         if let Some(cadence) = &mut self.periodic_proximity {
             cadence.end_at(at_ns);

@@ -11,7 +11,7 @@ const PROXIMITY_READY: u8 = 0x08;
 pub(super) enum Quantity {
     /// Ambient light.
     Ambient,
-    /// The LED's light that comes back.
+    /// Reflected light of the LED.
     Proximity,
 }
 
@@ -32,13 +32,13 @@ pub(super) struct Thresholds {
 }
 
 impl Thresholds {
-    /// Takes note of a result.
+    /// Compares a result with the thresholds.
     pub(super) fn judge(&mut self, quantity: Quantity, value: u16) {
         let (ready, compared) = match quantity {
             Quantity::Ambient => (AMBIENT_READY, self.control & 0x01 != 0),
             Quantity::Proximity => (PROXIMITY_READY, self.control & 0x01 == 0),
         };
-        // The bits that ask for it sit where those that report it do.
+        // The bits that enable an interrupt are those that report it.
         self.status |= self.control & ready;
         if self.control & 0x02 == 0 || !compared {
             return;

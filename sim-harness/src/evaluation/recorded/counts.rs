@@ -9,7 +9,7 @@ use super::series::{Face, SIDES, Series, Station};
 use crate::calibration::{Fixed, Parameter, Table, fit};
 use crate::world::{Physics, Sensing, SensorPose, Turn, Vector, first_surface};
 
-/// Counts from which on a ratio says something: four times the sensors' noise.
+/// Least counts for a meaningful ratio: four times the sensors' noise.
 const LEAST_COUNTS: f64 = 20.0;
 /// How far the box must reach beyond both of a sensor's edges for its face to be
 /// abeam, metres: the widest ray that returns much then ends on it.

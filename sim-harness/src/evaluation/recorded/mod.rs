@@ -5,13 +5,13 @@
 //! other parameters are the default's; then each series is mapped with the same law by
 //! both profiles and the inverse sensor model, and simulated under both physics.
 //!
-//! **Steps.** A station is 50 mm from the one before, five times the filter's step of
-//! 10 mm. The step rule makes at most one step a reading and loses the whole steps
-//! inside a longer piece: every station is one step. A place beside the robot is then in
-//! view for a fifth of the steps that a drive gives it, and few particles survive the
-//! four or five that the gate asks for. The figures of the filter's profiles say how
-//! they bear that, not how they map a drive; beside them stand the maps of the same
-//! stations simulated, which tell the spacing's part from the readings'.
+//! **Steps.** A station is 50 mm from the one before, five times the filter's step of 10
+//! mm. The step rule makes at most one step a reading and loses the whole steps inside a
+//! longer piece: every station is one step. A place beside the robot is then in view for a
+//! fifth of the steps that a drive gives it, and few particles survive the four or five
+//! that the gate asks for. The scores of the filter's profiles show the effect of that, not
+//! the quality of a drive's map; the maps of the same stations in a simulation separate the
+//! effect of the spacing from that of the readings.
 //!
 //! Sensors 3 and 4 see the guide robot at all stations and are left out throughout.
 
@@ -100,7 +100,7 @@ pub struct PhysicsError {
     pub together: SensorError,
 }
 
-/// What the real robot's readings beside known walls show.
+/// The results of the real robot's readings beside known walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedReport {
     /// Gain calibrated on `follow_wall40` with the filter's own law, counts m^2.

@@ -2,7 +2,7 @@
 //!
 //! The robot was put down by hand every 50 mm along a straight line. Its own odometry
 //! saw nothing of that, it stays within some millimetres of 0 in all six files, and is
-//! not used: station i is where the ruler says, x = 0.15 + 0.05 i metres, y = 0, looking
+//! not used: station i is at the ruler's mark, x = 0.15 + 0.05 i metres, y = 0, looking
 //! along x. The headings in the files wander by up to 30 mrad without being put down
 //! differently, and are not used either.
 
@@ -28,7 +28,7 @@ const FIRST_STATION_M: f32 = 0.15;
 const STATION_US: u64 = 625_000;
 /// Radius of the robot, metres: gaps are measured from its rim.
 const RIM_M: f64 = 0.05;
-/// The box: along the robot's way, and away from it.
+/// The box: along the robot's path, and away from it.
 const BOX_M: (f64, f64) = (0.40, 0.10);
 
 /// A side of the robot.
@@ -159,7 +159,7 @@ impl Series {
         })
     }
 
-    /// The first series with readings that say nothing, for tests.
+    /// The first series with empty readings, for tests.
     #[cfg(test)]
     pub(super) fn blank() -> Self {
         let [first, ..] = &SETTINGS;
@@ -167,7 +167,7 @@ impl Series {
         Self::of(first, nothing).unwrap()
     }
 
-    /// What a node is told: pose and readings of each station.
+    /// A node's inputs: pose and readings of each station.
     pub(super) fn inputs(&self) -> Vec<Input> {
         (0_u64..)
             .zip(&self.stations)

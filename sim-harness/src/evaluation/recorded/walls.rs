@@ -17,7 +17,7 @@ const CELL_M: f64 = 0.010;
 /// How far an occupied cell may be from a face for that place to count as found: as in
 /// the scores of simulated drives, a cell and a half.
 const RECALL_M: f64 = 0.015;
-/// How far outside of everything that stands there an occupied cell is false, metres.
+/// Distance from all objects beyond which an occupied cell is false, metres.
 const FALSE_M: f64 = 0.020;
 
 /// The methods that are compared, in the order of the report.
@@ -46,7 +46,7 @@ pub struct SeriesWalls {
     pub rms_m: Option<f64>,
     /// Share of the faces' lengths with an occupied cell within 15 mm.
     pub recall: f64,
-    /// Occupied cells more than 20 mm outside of everything that stands there.
+    /// Occupied cells more than 20 mm from all objects.
     pub false_cells: usize,
 }
 

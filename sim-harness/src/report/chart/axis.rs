@@ -85,7 +85,7 @@ impl Axis {
     }
 }
 
-/// The first of 1, 2, 5, 10, ... times a power of ten that is no less than asked.
+/// The first of 1, 2, 5, 10, ... times a power of ten that is not less than the given value.
 fn round_step(least: f64) -> (f64, usize) {
     for (unit, decimals) in UNITS {
         for count in [1.0, 2.0, 5.0] {

@@ -1,4 +1,4 @@
-//! Figure 1: where the object of a reading may be.
+//! Figure 1: the possible places of the object of a reading.
 
 use amiro_ipf::model::Photometry;
 

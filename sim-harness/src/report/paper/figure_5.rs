@@ -1,4 +1,5 @@
-//! Figure 5: the particles of two steps counted into a map, and the usual map beside it.
+//! Figure 5: the particles of two steps counted into a map, and the map of the inverse
+//! sensor model.
 
 use amiro_ipf::filter::Profile;
 

@@ -1,4 +1,4 @@
-//! Figure 9: maps of the five scenarios, and of the T junction half way.
+//! Figure 9: maps of the five scenarios, and of the T junction at half of the drive.
 
 use super::FigureError;
 use super::page_section::{PageSection, Panel, PanelRow};

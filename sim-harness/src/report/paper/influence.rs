@@ -1,4 +1,4 @@
-//! A figure that the paper has not: the influence of particles, gate and sensor noise.
+//! A figure in addition to the paper's: the influence of particles, gate and sensor noise.
 
 use core::ops::Range;
 

@@ -2,7 +2,7 @@
 
 use super::page_section::{PageSection, PageTable, Panel};
 
-/// What the page begins with, up to the first figure.
+/// The head of the page, up to the first figure.
 const HEAD: &str = r#"<!DOCTYPE html>
 <html lang="en">
 <head>

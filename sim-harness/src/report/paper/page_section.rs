@@ -9,7 +9,7 @@ pub struct PageSection {
     pub name: &'static str,
     /// The headline.
     pub title: &'static str,
-    /// What the figure shows, how it was made and what the paper reports.
+    /// Caption: what the figure shows, how it was made and what the paper reports.
     pub caption: &'static str,
     /// Pictures, row by row.
     pub rows: Vec<PanelRow>,
@@ -22,7 +22,7 @@ pub struct PageSection {
 /// Pictures side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelRow {
-    /// What they have in common; may be empty.
+    /// Heading of the row; may be empty.
     pub heading: String,
     /// The pictures, from left to right.
     pub panels: Vec<Panel>,
@@ -44,7 +44,7 @@ pub struct Panel {
 /// Rows of text below a head.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageTable {
-    /// What its numbers are.
+    /// The meaning of its numbers.
     pub caption: &'static str,
     /// The columns' names.
     pub head: Vec<&'static str>,

@@ -41,7 +41,7 @@ impl Conditions {
         }
     }
 
-    /// What the filter of a method is configured with.
+    /// The configuration of a method's filter.
     fn config(&self, scenario: &Scenario, method: &Method) -> Config {
         let mut config = scenario.config(method.profile.unwrap_or(Profile::Paper));
         config.seed = self.seed;

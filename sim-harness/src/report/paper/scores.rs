@@ -11,7 +11,7 @@ pub(super) type Score = (&'static str, fn(&Scores) -> Option<f64>);
 
 /// Overall error at the best wall expansion.
 pub(super) const OE: Score = ("OE, %", |scores| scores.oe);
-/// Overall error with the walls as they are.
+/// Overall error without wall expansion.
 pub(super) const OE_PLAIN: Score = ("plain OE, %", |scores| scores.oe_unexpanded);
 /// True positive rate.
 pub(super) const TPR: Score = ("TPR, %", |scores| scores.tpr);

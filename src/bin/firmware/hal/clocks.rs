@@ -1,11 +1,9 @@
 //! Starts the core's clock: crystal and PLL, or the best that starts.
 
-use amiro_ipf::board::clock_choice::ClockSource;
+use amiro_ipf::board::clock_choice::{ClockSource, ClockUnit, choose};
 use stm32f4xx_hal::pac::RCC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
-
-use amiro_ipf::board::clock_choice::{ClockUnit, choose};
 
 /// Full speed, hertz.
 pub(super) const CORE_HZ: u32 = 168_000_000;

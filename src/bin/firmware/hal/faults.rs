@@ -12,8 +12,8 @@ use cortex_m::peripheral::{NVIC, SCB};
 
 use super::{retained_ram, stack};
 
-// All of these take a stack of their own before they do anything: after an overflow
-// there is none left. They hand over the old one, and never return.
+// Each handler switches to the emergency stack first, because an overflow leaves no room
+// on the old one. It passes the old stack pointer on and never returns.
 global_asm!(
     ".section .uninit.EMERGENCY_STACK, \"aw\", %nobits",
     ".balign 8",

@@ -174,8 +174,8 @@ impl I2cRegisters for Port {
 #[expect(unsafe_code, reason = "the registers take raw numbers")]
 /// Writes a register of an I2C unit.
 fn write_to(unit: &RegisterBlock, register: I2cRegister, value: u16) {
-    // SAFETY: an I2C unit reaches memory by DMA alone, which is not set up for it:
-    // whatever its registers hold, it can but drive two wires and raise interrupts.
+    // SAFETY: an I2C unit reaches memory by DMA only, which is not set up for it:
+    // with any register contents it only drives two wires and raises interrupts.
     // Reserved bits are never set by the master.
     unsafe {
         match register {

@@ -217,8 +217,8 @@ fn core_hz(rcc: &Rcc, source: ClockSource) -> u32 {
     }
 }
 
-/// Makes every later reset start the robot again, whatever the last shutdown left: after
-/// a reset the boot loader obeys this register.
+/// Makes every later reset start the robot again: after a reset the boot loader acts on
+/// this register, which a shutdown may have changed.
 fn restart_after_resets(power: &PWR, clock: &RTC, rcc: &mut Rcc) {
     PWR::enable(rcc);
     power.cr().modify(|_, w| w.dbp().set_bit());

@@ -6,7 +6,7 @@ use amiro_ipf::board::supervision::{
     BootHistory, FailureCause, HISTORY_WORDS, PostMortem, RECORD_WORDS,
 };
 
-/// Memory that a reset leaves alone; after power-on it holds anything.
+/// Memory that a reset does not change; its contents are random after power-on.
 struct Retained {
     record: [AtomicU32; RECORD_WORDS],
     history: [AtomicU32; HISTORY_WORDS],

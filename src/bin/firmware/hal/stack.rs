@@ -68,8 +68,8 @@ pub(super) fn is_protected() -> bool {
     mpu.ctrl.read() == CONTROL && mpu.rbar.read() == guard().0
 }
 
-/// Paints the stack below its present end anew, so that what the start needed once does
-/// not hide what the tasks need again and again.
+/// Paints the stack below its present end again, so that the high-water mark covers the
+/// tasks and not the start.
 ///
 /// To be called by the idle task: tasks that interrupt it have ended when it goes on, so
 /// that nothing is in use below its own frame.

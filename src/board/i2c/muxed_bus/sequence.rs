@@ -58,8 +58,8 @@ pub struct MuxedBus {
     again: Channels,
     /// Due in this round and not read yet.
     pending: Channels,
-    /// Had a fresh result in this round. Reading it clears the ready bit, and the second
-    /// pass still needs to know.
+    /// Channels with a fresh result in this round. Reading a result clears its ready bit,
+    /// so the second pass needs this record.
     fresh: Channels,
     is_second_pass: bool,
     moving: bool,

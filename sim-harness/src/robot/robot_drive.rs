@@ -1,4 +1,4 @@
-//! A robot's whole drive, and what other odometries would have made of it.
+//! A robot's whole drive, and its inputs with other odometries.
 
 use amiro_ipf::board::acquisition::ODOMETRY_AGE_US;
 use amiro_ipf::board::health::Health;
@@ -10,11 +10,11 @@ use super::{AcquisitionReport, ReportContent, Robot};
 /// A robot's whole drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotDrive {
-    /// What the senses reported.
+    /// The reports of the acquisition.
     pub reports: Vec<AcquisitionReport>,
-    /// Times of the samples, and where the robot really was.
+    /// Times of the samples, and the robot's true poses.
     pub poses: Vec<(u64, Pose)>,
-    /// How the parts were, eight times a second.
+    /// The health of the parts, eight times per second.
     pub healths: Vec<(u64, Health)>,
 }
 
@@ -26,7 +26,7 @@ impl RobotDrive {
         inputs.flatten().collect()
     }
 
-    /// The inputs of a node that knows when each frame's pose was reckoned.
+    /// The inputs with the true stamp of each frame's pose.
     #[must_use]
     pub fn inputs_with_true_stamps(&self) -> Vec<Input> {
         let inputs = self.reports.iter().map(|report| match report.content {
@@ -39,8 +39,7 @@ impl RobotDrive {
         inputs.flatten().collect()
     }
 
-    /// The inputs of a node that takes every frame's pose for as old as poses are in the
-    /// mean.
+    /// The inputs with the mean age as the age of every frame's pose.
     #[must_use]
     pub fn inputs_with_mean_age(&self) -> Vec<Input> {
         let inputs = self.reports.iter().map(|report| match report.content {
@@ -56,7 +55,7 @@ impl RobotDrive {
         inputs.flatten().collect()
     }
 
-    /// The inputs of a node that knows where the robot is, to the bit.
+    /// The inputs with the robot's exact poses.
     #[must_use]
     pub fn inputs_with_true_poses(&self) -> Vec<Input> {
         let samples = self

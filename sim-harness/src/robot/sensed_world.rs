@@ -1,4 +1,4 @@
-//! What a sensor of the ring measures at any moment of a drive.
+//! The measurements of the ring's sensors at any time of a drive.
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
@@ -11,12 +11,10 @@ use crate::world::{Drive, Options, Scenario, Sensing, Shape};
 /// Keeps the sensors' noise apart from a filter with the same seed: "robot".
 const NOISE_STREAM: u64 = 0x72_6f62_6f74;
 
-/// The world before the sensors of a robot that drives through it.
-///
-/// A count depends on the seed, the sensor and the moment alone, not on what was asked
-/// before: whoever knows when a sensor measures knows what.
+/// The world as the sensors of a driving robot measure it.
+/// A count depends only on the seed, the sensor and the time, not on earlier calls.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct SensedWorld {
     shapes: Vec<Shape>,
     drive: Drive,
     options: Options,
@@ -25,8 +23,8 @@ pub struct Scene {
     seed: u64,
 }
 
-impl Scene {
-    /// The scene of a scenario; of the options those that concern sensors, but dropout.
+impl SensedWorld {
+    /// The world of a scenario, with the options of sensors except dropout.
     #[must_use]
     pub fn of(scenario: &Scenario, seed: u64, options: &Options) -> Self {
         // The profile does not matter here: the sensors are the same.
@@ -56,15 +54,15 @@ impl Scene {
         self.used
     }
 
-    /// The robot's way.
+    /// The robot's drive.
     #[must_use]
     pub const fn drive(&self) -> &Drive {
         &self.drive
     }
 
-    /// What a sensor's measurement gives that ends at a time of the drive; `None` for a
-    /// sensor that the robot does not have. Nanoseconds; before the drive they go below
-    /// zero, and the robot stands at its start.
+    /// The counts of a measurement that ends at a time of the drive, nanoseconds; `None`
+    /// for a sensor that the robot does not have. At negative times, before the drive, the
+    /// robot stands at its start.
     pub fn raw_counts(&mut self, sensor: usize, drive_ns: i64) -> Option<u16> {
         if !self.used.contains(sensor) {
             return None;
@@ -93,9 +91,9 @@ mod tests {
     use crate::world::standard;
 
     #[test]
-    fn a_count_does_not_depend_on_what_was_asked_before() {
+    fn a_count_does_not_depend_on_earlier_counts() {
         let scenario = standard("msod").unwrap().unwrap();
-        let mut once = Scene::of(&scenario, 3, &Options::default());
+        let mut once = SensedWorld::of(&scenario, 3, &Options::default());
         let mut often = once.clone();
         for sensor in 0..SENSORS {
             often.raw_counts(sensor, 7_000_000);
@@ -112,9 +110,9 @@ mod tests {
         let scenario = standard("msod").unwrap().unwrap();
         let mut counts = Vec::new();
         for seed in 1..=3 {
-            let mut scene = Scene::of(&scenario, seed, &Options::default());
+            let mut sensed_world = SensedWorld::of(&scenario, seed, &Options::default());
             // The robot stands before its drive: all that differs is noise.
-            let far = (0..1_000).filter_map(|step| scene.raw_counts(0, -8_000_000 * step));
+            let far = (0..1_000).filter_map(|step| sensed_world.raw_counts(0, -8_000_000 * step));
             counts.push(far.map(f64::from).collect::<Vec<_>>());
         }
         for of_seed in &counts {

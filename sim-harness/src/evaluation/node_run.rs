@@ -1,4 +1,4 @@
-//! What a node makes of a robot's inputs: events, a map, its scores.
+//! A node's run over a robot's inputs: events, a map, its scores.
 
 use amiro_ipf::node::{Config, Event, Input, StepBegun};
 
@@ -9,9 +9,9 @@ use crate::mapping::{CountingMapper, Map, Mapper};
 use crate::world::Scenario;
 use crate::{RunError, RunOutcome, run};
 
-/// What a node made of inputs.
+/// The result of a node's run.
 #[derive(Clone, Debug)]
-pub struct Mapped {
+pub struct NodeRun {
     /// All its events.
     pub events: Vec<Event>,
     /// Steps and refusals.
@@ -20,11 +20,11 @@ pub struct Mapped {
     pub map: Map,
 }
 
-/// Hands inputs to a node and counts its events into a map.
+/// Runs a node over inputs and counts its events into a map.
 ///
 /// # Errors
 /// As [`run`].
-pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Mapped, RunError> {
+pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<NodeRun, RunError> {
     let mut mapper = CountingMapper::new(scenario.cell_m);
     let mut records = FilterRecords::new(config.photometry);
     let mut events = Vec::new();
@@ -32,15 +32,15 @@ pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<Map
         records.translate(event, &mut |record| mapper.take(record));
         events.push(event.clone());
     })?;
-    Ok(Mapped {
+    Ok(NodeRun {
         events,
         outcome,
         map: mapper.map(),
     })
 }
 
-impl Mapped {
-    /// What each step began with.
+impl NodeRun {
+    /// The begin of each step.
     pub fn steps(&self) -> impl Iterator<Item = &StepBegun> {
         self.events.iter().filter_map(|event| match event {
             Event::StepBegun(step) => Some(step),
@@ -48,7 +48,7 @@ impl Mapped {
         })
     }
 
-    /// Scores of the map; what is visible is so from the poses of the given steps.
+    /// Scores of the map; visibility is from the poses of the steps.
     #[must_use]
     pub fn scores(&self, scenario: &Scenario) -> Scores {
         let poses: Vec<Pose2> = self.steps().map(|step| step.pose.into()).collect();
