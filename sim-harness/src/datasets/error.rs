@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::escape::whole_escaped;
+use crate::log::Place;
 
 /// Why a drive was not read.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,14 @@ pub enum DatasetError {
         file: String,
         /// The system's error.
         source: std::io::Error,
+    },
+    /// The path leads to no known format.
+    #[error("{file}: of no known format; looked for {looked_for}")]
+    UnknownFormat {
+        /// The file's name, escaped.
+        file: String,
+        /// What each format looks for.
+        looked_for: String,
     },
     /// No row of a file is of the format.
     #[error("{file}: no row of the format {format}{}", first(.rows))]
@@ -53,15 +62,15 @@ fn first(rows: &RefusedRows) -> String {
 pub struct RefusedRow {
     /// The file's name, escaped.
     pub file: String,
-    /// The line, counted from 1.
-    pub line: u64,
+    /// Where it is.
+    pub place: Place,
     /// Why.
     pub reason: String,
 }
 
 impl fmt::Display for RefusedRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} line {}: {}", self.file, self.line, self.reason)
+        write!(f, "{} {}: {}", self.file, self.place, self.reason)
     }
 }
 

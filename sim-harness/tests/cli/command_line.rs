@@ -1146,7 +1146,7 @@ fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
         (vec![&*drive, "--rig", &*nowhere], "nowhere: No such file"),
         (
             vec![&*nowhere, "--rig", &*rig],
-            "nowhere: of no known format",
+            "nowhere: No such file",
         ),
         (
             vec![&*drive, "--rig", &*rig, "--method", "best"],

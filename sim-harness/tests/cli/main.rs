@@ -2,4 +2,5 @@
 
 mod command_line;
 mod console;
+mod map;
 mod options;
