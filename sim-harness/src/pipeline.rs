@@ -8,9 +8,9 @@ mod drive;
 
 pub use drive::{DriveFigures, DriveOptions, DriveSummary, NothingMapped, dataset_records};
 
-use amiro_ipf::node::{Config, Input, Scheduled, StepScheduler};
+use amiro_ipf::node::{Config, Input};
 
-use crate::drive::{FilterRecords, Record, scan_records};
+use crate::drive::{FilterRecords, Record, StepRecords};
 use crate::mapping::{Mapper, Method};
 use crate::{RunError, RunOutcome};
 
@@ -68,7 +68,8 @@ pub fn filter_records(
 
 /// Records of the same steps without the filter: pose and scan of each.
 ///
-/// The inputs pass through the [`StepScheduler`] of the node; no particle exists.
+/// The inputs pass through the step scheduler of the node ([`StepRecords`]); no particle
+/// exists.
 ///
 /// # Errors
 /// A parameter of the configuration is outside its range.
@@ -78,21 +79,13 @@ pub fn step_records(
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
     config.validate()?;
-    let mut scheduler = StepScheduler::default();
+    let mut steps = StepRecords::new(*config);
     let mut outcome = RunOutcome::default();
     for (index, input) in inputs.iter().enumerate() {
-        match scheduler.take(config, input) {
-            Ok(Scheduled::Nothing) => {}
-            Ok(Scheduled::OdometryReset { stamp_us }) => take(&Record::OdometryReset { stamp_us }),
-            Ok(Scheduled::Step(step)) => {
-                outcome.steps += 1;
-                let photometry = &config.photometry;
-                scan_records(photometry, step.stamp_us, step.pose, &step.samples)
-                    .iter()
-                    .for_each(&mut *take);
-            }
-            Err(fault) => outcome.refuse(index, fault),
+        if let Err(fault) = steps.take(input, take) {
+            outcome.refuse(index, fault);
         }
     }
+    outcome.steps = steps.steps();
     Ok(outcome)
 }

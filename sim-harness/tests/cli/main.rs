@@ -3,4 +3,5 @@
 mod command_line;
 mod console;
 mod map;
+mod no_steps;
 mod options;
