@@ -4,21 +4,22 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
-use sim_harness::datasets::{DriveFile, PoseSource, UsualMapping, recognise};
-use sim_harness::drive::Keyframes;
+use sim_harness::datasets::{DriveFile, PoseSource, recognise};
 use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
 use sim_harness::rig::Rig;
 
+use super::keyframe_arguments::KeyframeArguments;
 use super::progress::PassProgress;
 use super::{CommandResult, ExitStatus, arguments, map_report};
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
 pub(super) struct Map {
-    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`.
+    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`; or an
+    /// AMiRo's, as for `replay`.
     drive: PathBuf,
     /// The robot: a rig file, as in `rigs/`.
     #[arg(long, value_name = "FILE")]
@@ -35,12 +36,11 @@ pub(super) struct Map {
     /// Count cells before the limit of a return without an echo as free.
     #[arg(long)]
     no_echo_is_free: bool,
-    /// Side of a cell; 100 if not given.
+    /// Side of a cell; 100 if not given, 10 for an AMiRo.
     #[arg(long, value_name = "MM", value_parser = clap::value_parser!(u16).range(1..=1000))]
     cell_mm: Option<u16>,
-    /// Map all poses, not only those 0.10 m or 5 degrees from the last one.
-    #[arg(long)]
-    all_poses: bool,
+    #[command(flatten)]
+    keyframes: KeyframeArguments,
     /// Where map and summary go.
     #[arg(long, default_value = "out/map", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
@@ -79,7 +79,10 @@ impl Map {
             rig: &rig,
             poses,
         };
-        let options = self.options(usual);
+        let options = DriveOptions {
+            keyframes: self.keyframes.keyframes(usual.keyframes),
+            mounts: self.sensors.clone(),
+        };
         let mut progress = PassProgress::default();
         let mut show = |bytes, length| progress.show("mapped", bytes, length);
         let run = pipeline::run(
@@ -115,17 +118,5 @@ impl Map {
             let known: Vec<_> = known.map(|method| method.name).collect();
             format!("--method {}: {} are known", self.method, known.join(", "))
         })
-    }
-
-    fn options(&self, usual: UsualMapping) -> DriveOptions {
-        let keyframes = if self.all_poses {
-            Keyframes::new(0.0, 0.0)
-        } else {
-            usual.keyframes
-        };
-        DriveOptions {
-            keyframes,
-            mounts: self.sensors.clone(),
-        }
     }
 }

@@ -5,8 +5,9 @@ use sim_harness::mapping::MAX_CELLS;
 use sim_harness::pipeline::DriveSummary;
 use sim_harness::report::DriveMapSummary;
 
-/// Warns of rows that were refused and of mounts without data.
+/// Warns of rows that were refused, of mounts without data, and of what else was found.
 pub(super) fn left_out(drive: &DriveSummary) {
+    drive.notes.iter().for_each(console::warn);
     let (used, refused) = (drive.used_rows, &drive.refused);
     if refused.count > 0 {
         console::warn_text(refused);

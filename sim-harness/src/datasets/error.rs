@@ -3,8 +3,9 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::drive::NoSteps;
 use crate::escape::whole_escaped;
-use crate::log::Place;
+use crate::log::{LogError, Place};
 
 /// Why a drive was not read.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +36,17 @@ pub enum DatasetError {
         /// What was refused.
         rows: RefusedRows,
     },
+    /// A recording of an AMiRo is of no use as a whole.
+    #[error(transparent)]
+    Recording(#[from] LogError),
+    /// A recording of an AMiRo leads to no step.
+    #[error("{file}: {reason}")]
+    NoSteps {
+        /// The file's name, escaped.
+        file: String,
+        /// Why.
+        reason: NoSteps,
+    },
     /// The rig has other sensors than the recording.
     #[error("rig {rig}: {needed}")]
     Rig {
@@ -42,6 +54,12 @@ pub enum DatasetError {
         rig: String,
         /// What the recording needs.
         needed: String,
+    },
+    /// No recording of the format carries the poses that were asked for.
+    #[error("{file}: recordings of this format have no matched poses")]
+    NoMatchedPoses {
+        /// The file's name, escaped.
+        file: String,
     },
     /// The recording does not carry the poses that were asked for.
     #[error("{file} is missing: the recording has no matched poses")]

@@ -4,10 +4,12 @@
 //! bounded memory. A row that cannot be used is refused with its place and the reason, and
 //! the rows around it are kept.
 
+mod amiro;
 mod error;
 mod kcma;
 mod lines;
 
+pub use amiro::Amiro;
 pub use error::{DatasetError, RefusedRow, RefusedRows};
 pub use kcma::Kcma;
 
@@ -19,7 +21,7 @@ use crate::drive::{Keyframes, Record};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
-pub const DATASETS: [&dyn Dataset; 1] = [&Kcma];
+pub const DATASETS: [&dyn Dataset; 2] = [&Kcma, &Amiro];
 
 /// Which poses a drive is read with, where a recording carries several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,6 +60,8 @@ pub struct ReadRows {
     pub used: u64,
     /// Rows that were not.
     pub refused: RefusedRows,
+    /// What else the user should know, a line each.
+    pub notes: Vec<String>,
 }
 
 /// A format of recorded drives.

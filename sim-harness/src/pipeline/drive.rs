@@ -57,6 +57,8 @@ pub struct DriveSummary {
     pub refused: RefusedRows,
     /// Names of the mounts that were asked for and have no scan in the recording.
     pub mounts_without_data: Vec<String>,
+    /// What else the user should know, a line each.
+    pub notes: Vec<String>,
 }
 
 /// Why no cell of a drive's map is known.
@@ -128,6 +130,7 @@ pub fn dataset_records(
         jumps,
         used_rows: rows.used,
         refused: rows.refused,
+        notes: rows.notes,
         mounts_without_data: silent.map(|(mount, _)| mount.name.clone()).collect(),
     })
 }

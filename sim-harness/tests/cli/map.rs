@@ -32,7 +32,10 @@ impl Folder {
 
     /// Maps a drive into `out`: exit code, and what was printed.
     fn map(&self, drive: &str, rig: &str, options: &[&str]) -> (Option<i32>, String) {
-        let output = ipf(&[&["map", drive, "--rig", &path(rig), "--out"], options].concat(), &self.out());
+        let output = ipf(
+            &[&["map", drive, "--rig", &path(rig), "--out"], options].concat(),
+            &self.out(),
+        );
         let both = [output.stdout.as_slice(), &output.stderr].concat();
         (output.status.code(), String::from_utf8(both).unwrap())
     }
@@ -88,7 +91,10 @@ fn a_rig_of_another_robot_is_refused_and_a_mount_without_data_is_named() {
     folder.refuses(&path(ROBOND), "rigs/pioneer2dx.toml", &[], words);
     let (code, shown) = folder.map(&path(ROBOND), KCMA, &[]);
     assert_eq!(code, Some(0), "{shown}");
-    assert!(shown.contains("the recording has no data for laser\n"), "{shown}");
+    assert!(
+        shown.contains("the recording has no data for laser\n"),
+        "{shown}"
+    );
     let (_, shown) = folder.map(&path(ROBOND), KCMA, &["--sensors", "sonar"]);
     assert!(!shown.contains("no data"), "{shown}");
 }
@@ -134,12 +140,17 @@ fn what_is_missing_is_named_with_what_was_looked_for() {
     let nowhere = folder.0.join("nowhere");
     let nowhere = nowhere.to_str().unwrap();
     folder.refuses(nowhere, KCMA, &[], "nowhere: No such file");
-    folder.refuses(&path(ROBOND), "rigs/none.toml", &[], "none.toml: No such file");
+    folder.refuses(
+        &path(ROBOND),
+        "rigs/none.toml",
+        &[],
+        "none.toml: No such file",
+    );
     let drive = folder.drive(|_, text| text);
     fs::remove_file(Path::new(&drive).join("measurement.txt")).unwrap();
     for words in [
         "drive: of no known format; looked for",
-        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma)",
+        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a file with frames of the link or AMiRo's text (amiro)",
     ] {
         folder.refuses(&drive, KCMA, &[], words);
     }
@@ -194,5 +205,80 @@ fn an_out_that_is_a_file_and_a_rig_without_end_are_refused_before_the_work() {
     fs::remove_file(folder.out()).unwrap();
     let (code, shown) = folder.map(&path(ROBOND), long.to_str().unwrap(), &[]);
     assert_eq!(code, Some(2), "{shown}");
-    assert!(shown.contains("long.toml: more than 1048576 bytes"), "{shown}");
+    assert!(
+        shown.contains("long.toml: more than 1048576 bytes"),
+        "{shown}"
+    );
+}
+
+/// AMiRo's text: rows of 5 mm along x, with an equal reading on all sensors.
+fn amiro_text(rows: u32) -> String {
+    let columns: Vec<_> = (0..8).map(|sensor| format!("PRV {sensor}")).collect();
+    let mut text = format!("{}\tX [ym]\tY [ym]\tTheta [yrad]\n", columns.join("\t"));
+    for row in 0..rows {
+        let line = format!("{}\t{}\t0\t0\n", ["300"; 8].join("\t"), 5000 * row);
+        text.push_str(&line);
+    }
+    text
+}
+
+#[test]
+fn an_amiros_recording_is_mapped_with_every_step_and_cells_of_10_mm() {
+    let folder = Folder::new("amiro");
+    let drive = folder.0.join("drive.txt");
+    fs::write(&drive, amiro_text(101)).unwrap();
+    let drive = drive.to_str().unwrap();
+    let rig = "rigs/amiro.toml";
+    for method in ["ism", "ism-decay"] {
+        let (code, shown) = folder.map(drive, rig, &["--method", method]);
+        assert_eq!(code, Some(0), "{shown}");
+        for words in [
+            "51 of 51 poses over 0.5 m; 408 returns with an echo",
+            "cells of 10 mm",
+        ] {
+            assert!(shown.contains(words), "{words}: {shown}");
+        }
+        let summary = fs::read_to_string(folder.out().join("summary.json")).unwrap();
+        assert!(summary.contains("\"format\": \"amiro\""), "{summary}");
+    }
+    for (options, words) in [
+        (&["--keyframe-mm", "95"][..], "6 of 51 poses"),
+        (&["--keyframe-deg", "10"], "5 of 51 poses"),
+        (&["--cell-mm", "50"], "cells of 50 mm"),
+    ] {
+        let (code, shown) = folder.map(drive, rig, options);
+        assert_eq!(code, Some(0), "{options:?}: {shown}");
+        assert!(shown.contains(words), "{options:?}: {shown}");
+    }
+    folder.refuses(drive, KCMA, &[], "rig kcma: the recording needs 8 infrared");
+    folder.refuses(drive, rig, &["--matched"], "have no matched poses");
+    let both = ["--all-poses", "--keyframe-mm", "100"];
+    folder.refuses(drive, rig, &both, "cannot be used with");
+}
+
+#[test]
+fn an_amiro_that_stands_still_gives_no_map() {
+    let folder = Folder::new("standing");
+    let drive = folder.0.join("drive.txt");
+    // The noise of a sensor: a row that repeats the one before is left out.
+    let rows = (0..20).map(|row| {
+        format!(
+            "{}\t300\t300\t300\t300\t300\t300\t300\t0\t0\t0\n",
+            300 + row % 2
+        )
+    });
+    fs::write(&drive, amiro_text(0) + &rows.collect::<String>()).unwrap();
+    let words = "drive.txt: the odometry does not move: its 20 poses";
+    folder.refuses(drive.to_str().unwrap(), "rigs/amiro.toml", &[], words);
+}
+
+#[test]
+fn no_map_replaces_the_recording_of_a_robot() {
+    let folder = Folder::new("robot");
+    fs::create_dir_all(folder.out()).unwrap();
+    let drive = folder.out().join("map.pgm");
+    fs::write(&drive, amiro_text(50)).unwrap();
+    let (code, shown) = folder.map(drive.to_str().unwrap(), "rigs/amiro.toml", &[]);
+    assert_eq!(code, Some(2), "{shown}");
+    assert_eq!(fs::read_to_string(&drive).unwrap(), amiro_text(50));
 }
