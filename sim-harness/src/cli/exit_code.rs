@@ -16,8 +16,9 @@ Exit codes:
   1  done, and what was to be shown does not hold: replay says DIFFERENT, offsets refused
      a sensor or no measurement was reported, image has problems, evaluate --check misses
      a threshold
-  2  not done: a word, a file or a board that is of no use, a recording whose odometry
-     does not move, or replay --strict and a recording with something left out
+  2  not done: a word, a file or a board that is of no use, a recording that leads to no
+     step or whose odometry does not move, a drive of which map has nothing to map, or
+     --strict of replay or map and a recording with something left out
   3  the board speaks another version of the protocol
   4  replay says EQUAL with particle messages lost: all digests were met, and the map is
      the host's own

@@ -4,20 +4,22 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
-use sim_harness::datasets::{DATASETS, PoseSource, recognise};
-use sim_harness::drive::Keyframes;
+use sim_harness::datasets::{DriveFile, PoseSource, recognise};
 use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
+use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
 use sim_harness::rig::Rig;
-use sim_harness::{console, output};
 
-use super::{CommandResult, ExitStatus, map_report};
+use super::keyframe_arguments::KeyframeArguments;
+use super::progress::PassProgress;
+use super::{CommandResult, ExitStatus, arguments, map_report};
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
 pub(super) struct MapCommand {
-    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`.
+    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`; or an
+    /// AMiRo's, as for `replay`.
     drive: PathBuf,
     /// The robot: a rig file, as in `rigs/`.
     #[arg(long, value_name = "FILE")]
@@ -34,20 +36,23 @@ pub(super) struct MapCommand {
     /// Count cells before the limit of a return without an echo as free.
     #[arg(long)]
     no_echo_is_free: bool,
-    /// Side of a cell.
-    #[arg(long, default_value_t = 100, value_name = "MM", value_parser = clap::value_parser!(u16).range(1..=1000))]
-    cell_mm: u16,
-    /// Map all poses, not only those 0.10 m or 5 degrees from the last one.
-    #[arg(long)]
-    all_poses: bool,
+    /// Side of a cell; 100 if not given, 10 for an AMiRo.
+    #[arg(long, value_name = "MM", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    cell_mm: Option<u16>,
+    #[command(flatten)]
+    keyframes: KeyframeArguments,
     /// Where map and summary go.
-    #[arg(long, default_value = "out/map", value_name = "DIR")]
+    #[arg(long, default_value = "out/map", value_name = "DIR", value_parser = arguments::path())]
     out: PathBuf,
+    /// End with exit code 2 if a row of the recording was refused.
+    #[arg(long)]
+    strict: bool,
 }
 
 impl MapCommand {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
+        arguments::check_folder("--out", &self.out)?;
         let rig = Rig::load(&self.rig)?;
         let method = self.method()?;
         for name in &self.sensors {
@@ -55,62 +60,63 @@ impl MapCommand {
                 return Err(format!("--sensors {name}: rig {} has none", rig.name).into());
             }
         }
-        let formats = DATASETS.map(|dataset| dataset.name()).join(", ");
-        let dataset = recognise(&self.drive)
-            .ok_or_else(|| format!("{}: of no known format ({formats})", self.drive.display()))?;
+        let dataset = recognise(&self.drive)?;
         let outputs = DRIVE_FILES.map(|name| self.out.join(name));
         output::check(&outputs, &[&self.rig, &self.drive])?;
-        std::fs::create_dir_all(&self.out)
-            .map_err(|error| format!("--out {}: {error}", self.out.display()))?;
-        let cell_m = 1e-3 * f64::from(self.cell_mm);
+        let usual = dataset.usual();
+        let cell_m = 1e-3 * f64::from(self.cell_mm.unwrap_or(usual.cell_mm));
         let mut mapper = method.mapper(&Setup {
             no_echo: self.no_echo_is_free.then_some(NoEcho::Free),
             ..Setup::new(&rig, cell_m)
         });
-        let options = self.options();
+        let (poses, poses_word) = if self.matched {
+            (PoseSource::Matched, "matched")
+        } else {
+            (PoseSource::Odometry, "odometry")
+        };
+        let drive = DriveFile {
+            path: &self.drive,
+            rig: &rig,
+            poses,
+        };
+        let options = DriveOptions {
+            keyframes: self.keyframes.keyframes(usual.keyframes),
+            mounts: self.sensors.clone(),
+        };
+        let mut progress = PassProgress::default();
+        let mut show = |bytes, length| progress.show("mapped", bytes, length);
         let run = pipeline::run(
-            |take| pipeline::dataset_records(dataset, &self.drive, &rig, &options, take),
+            |take| pipeline::dataset_records(dataset, &drive, &options, &mut show, take),
             &mut mapper,
             &mut |_, _| {},
         )?;
-
+        drop(progress);
+        map_report::left_out(&run);
         let map = mapper.map();
-        let poses = if self.matched { "matched" } else { "odometry" };
-        let words = [dataset.name(), method.name, poses];
-        let summary = DriveMapSummary::of(words, &rig, &run, &map);
-        summary.save(&self.out, &map, &rig, &run)?;
-        if run.refused.count > 0 {
-            console::warn_text(&run.refused);
+        if let Err(reason) = run.check(&map) {
+            return Err(format!("{}: no map: {reason}", self.drive.display()).into());
         }
+        let words = [dataset.name(), method.name, poses_word];
+        let summary = DriveMapSummary::of(words, &rig, &run, &map);
+        output::create_folder(&self.out)?;
+        summary.save(&self.out, &map, &rig, &run)?;
         map_report::figures(&summary);
-        Ok(ExitStatus::Good)
+        Ok(if self.strict && run.refused.count > 0 {
+            ExitStatus::Refused
+        } else {
+            ExitStatus::Good
+        })
     }
 
     /// The method of this name, if records of ranges are enough for it.
     fn method(&self) -> Result<Method, String> {
-        let is_of_ranges = |method: &Method| method.profile.is_none();
+        let is_of_ranges =
+            |method: &Method| method.profile.is_none() && *method != Method::ALL_FREE;
         let method = Method::from_str(&self.method).ok().filter(is_of_ranges);
         method.ok_or_else(|| {
             let known = Method::ALL.into_iter().filter(is_of_ranges);
             let known: Vec<_> = known.map(|method| method.name).collect();
             format!("--method {}: {} are known", self.method, known.join(", "))
         })
-    }
-
-    fn options(&self) -> DriveOptions {
-        let (distance_m, turn_deg) = if self.all_poses {
-            (0.0, 0.0)
-        } else {
-            (0.10, 5.0)
-        };
-        DriveOptions {
-            poses: if self.matched {
-                PoseSource::Matched
-            } else {
-                PoseSource::Odometry
-            },
-            keyframes: Keyframes::new(distance_m, f64::to_radians(turn_deg)),
-            mounts: self.sensors.clone(),
-        }
     }
 }

@@ -2,7 +2,30 @@
 
 use sim_harness::console;
 use sim_harness::mapping::MAX_CELLS;
+use sim_harness::pipeline::DriveSummary;
 use sim_harness::report::DriveMapSummary;
+
+/// Warns of rows that were refused, of mounts without data, and of what else was found.
+pub(super) fn left_out(drive: &DriveSummary) {
+    drive.notes.iter().for_each(console::warn);
+    let (used, refused) = (drive.used_rows, &drive.refused);
+    if refused.count > 0 {
+        console::warn_text(refused);
+        console::warn(format_args!(
+            "{used} of {} rows used",
+            used.saturating_add(refused.count)
+        ));
+    }
+    if refused.count > used {
+        console::warn("MOST OF THE RECORDING IS MISSING in the map: see the refused rows");
+    }
+    if !drive.mounts_without_data.is_empty() {
+        console::warn(format_args!(
+            "the recording has no data for {}",
+            drive.mounts_without_data.join(", ")
+        ));
+    }
+}
 
 /// Prints the figures of a mapped drive.
 pub(super) fn figures(summary: &DriveMapSummary<'_>) {

@@ -13,6 +13,7 @@ mod exit_code;
 mod figures;
 mod footprint;
 mod image;
+mod keyframe_arguments;
 mod map;
 mod map_report;
 mod offsets;

@@ -89,8 +89,10 @@ impl Replay {
             is_scored: scenario.is_some(),
         };
         let run = self.target.replay(&plan, &mut recording)?;
-        if let Some(standstill) = run.standstill.finish(&config, run.survey.statistics().steps) {
-            let what = format!("{}: {standstill}", self.file.display());
+        let steps = run.survey.statistics().steps;
+        let why_none = run.input_check.finish(&config, steps, run.outcome.faults());
+        if let Some(reason) = why_none {
+            let what = format!("{}: {reason}", self.file.display());
             // With a comparison the digests were the point; else there is nothing to show.
             if run.comparison.is_none() {
                 return Err(what.into());

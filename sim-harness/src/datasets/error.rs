@@ -3,7 +3,9 @@
 use std::fmt;
 use std::path::Path;
 
+use crate::drive::NoSteps;
 use crate::escape::whole_escaped;
+use crate::log::{LogError, Place};
 
 /// Why a drive was not read.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +18,14 @@ pub enum DatasetError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// The path leads to no known format.
+    #[error("{file}: of no known format; looked for {looked_for}")]
+    UnknownFormat {
+        /// The file's name, escaped.
+        file: String,
+        /// What each format looks for.
+        looked_for: String,
+    },
     /// No row of a file is of the format.
     #[error("{file}: no row of the format {format}{}", first(.rows))]
     NoRow {
@@ -26,6 +36,17 @@ pub enum DatasetError {
         /// What was refused.
         rows: RefusedRows,
     },
+    /// A recording of an AMiRo is of no use as a whole.
+    #[error(transparent)]
+    Recording(#[from] LogError),
+    /// A recording of an AMiRo leads to no step.
+    #[error("{file}: {reason}")]
+    NoSteps {
+        /// The file's name, escaped.
+        file: String,
+        /// Why.
+        reason: NoSteps,
+    },
     /// The rig has other sensors than the recording.
     #[error("rig {rig}: {needed}")]
     Rig {
@@ -33,6 +54,12 @@ pub enum DatasetError {
         rig: String,
         /// What the recording needs.
         needed: String,
+    },
+    /// No recording of the format carries the poses that were asked for.
+    #[error("{file}: recordings of this format have no matched poses")]
+    NoMatchedPoses {
+        /// The file's name, escaped.
+        file: String,
     },
     /// The recording does not carry the poses that were asked for.
     #[error("{file} is missing: the recording has no matched poses")]
@@ -53,15 +80,15 @@ fn first(rows: &RefusedRows) -> String {
 pub struct RefusedRow {
     /// The file's name, escaped.
     pub file: String,
-    /// The line, counted from 1.
-    pub line: u64,
+    /// Where it is.
+    pub place: Place,
     /// Why.
     pub reason: String,
 }
 
 impl fmt::Display for RefusedRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} line {}: {}", self.file, self.line, self.reason)
+        write!(f, "{} {}: {}", self.file, self.place, self.reason)
     }
 }
 

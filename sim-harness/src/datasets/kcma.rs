@@ -17,10 +17,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::shown;
 use super::lines::Lines;
-use super::{Dataset, DatasetError, PoseSource, RefusedRow, RefusedRows};
-use crate::drive::{RangeScan, Record, Return};
+use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
+use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::geometry::Pose2;
-use crate::rig::Rig;
+use crate::rig::{Rig, SensorMount};
 use crate::sensors::Sensor;
 
 /// The format; see the module.
@@ -51,37 +51,52 @@ impl Dataset for Kcma {
         "kcma"
     }
 
+    fn looks_for(&self) -> &'static str {
+        "a folder with od.txt or poses.txt, and sonar.txt or measurement.txt"
+    }
+
+    /// Poses 0.10 m or 5 degrees apart: the sonars give a row some ten times per second.
+    fn usual(&self) -> UsualMapping {
+        UsualMapping {
+            keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
+            cell_mm: 100,
+        }
+    }
+
     fn recognises(&self, path: &Path) -> bool {
         poses(path).is_some() && sonar(path).is_some()
     }
 
     fn read(
         &self,
-        path: &Path,
-        rig: &Rig,
-        source: PoseSource,
+        drive: &DriveFile<'_>,
+        on_bytes: &mut dyn FnMut(u64, Option<u64>),
         take: &mut dyn FnMut(&Record),
-    ) -> Result<RefusedRows, DatasetError> {
-        let mut files = Files::open(path, rig, source)?;
-        let mut refused = RefusedRows::default();
-        let mut rows = 0_u64;
-        while files.advance()? {
-            match files.row(rig) {
-                Ok(row) => {
-                    rows += 1;
-                    row.hand_on(take);
-                }
-                Err(row) => refused.add(row),
+    ) -> Result<ReadRows, DatasetError> {
+        let mut files = Files::open(drive)?;
+        let mut rows = ReadRows::default();
+        loop {
+            match files.advance()? {
+                Advance::Row => match files.row(drive.rig) {
+                    Ok(row) => {
+                        rows.used += 1;
+                        row.hand_on(take);
+                    }
+                    Err(row) => rows.refused.add(row),
+                },
+                Advance::Unpaired(row) => rows.refused.add(row),
+                Advance::End => break,
             }
+            files.report(on_bytes);
         }
-        if rows == 0 {
+        if rows.used == 0 {
             return Err(DatasetError::NoRow {
                 file: files.odometry.file().to_owned(),
                 format: self.name(),
-                rows: refused,
+                rows: rows.refused,
             });
         }
-        Ok(refused)
+        Ok(rows)
     }
 }
 
@@ -106,6 +121,16 @@ struct Files {
     matched: Option<Lines>,
     first_ms: Option<f64>,
     last_ms: f64,
+}
+
+/// Where the files of a drive have come to.
+enum Advance {
+    /// Each has a row.
+    Row,
+    /// A file has a row, and another one has ended.
+    Unpaired(RefusedRow),
+    /// All have ended.
+    End,
 }
 
 /// One instant.
@@ -144,15 +169,16 @@ impl Row {
 }
 
 impl Files {
-    fn open(folder: &Path, rig: &Rig, source: PoseSource) -> Result<Self, DatasetError> {
+    fn open(drive: &DriveFile<'_>) -> Result<Self, DatasetError> {
+        let folder = drive.path;
         let missing = |names: &str| DatasetError::Read {
             file: shown(folder),
             source: std::io::Error::other(format!("{names} is missing")),
         };
         let laser = Some(folder.join("laser.txt")).filter(|path| path.is_file());
-        check_rig(rig, laser.is_some())?;
+        check_rig(drive.rig, laser.is_some())?;
         let mut matched = None;
-        if source == PoseSource::Matched {
+        if drive.poses == PoseSource::Matched {
             let path = folder.join("matched_poses.csv");
             if !path.is_file() {
                 return Err(DatasetError::NoPoses { file: shown(&path) });
@@ -162,9 +188,11 @@ impl Files {
             lines.advance()?;
             matched = Some(lines);
         }
+        let poses = poses(folder).ok_or_else(|| missing("od.txt or poses.txt"))?;
+        let sonar = sonar(folder).ok_or_else(|| missing("sonar.txt or measurement.txt"))?;
         Ok(Self {
-            odometry: Lines::open(&poses(folder).ok_or_else(|| missing("od.txt"))?)?,
-            sonar: Lines::open(&sonar(folder).ok_or_else(|| missing("sonar.txt"))?)?,
+            odometry: Lines::open(&poses)?,
+            sonar: Lines::open(&sonar)?,
             laser: laser.as_deref().map(Lines::open).transpose()?,
             matched,
             first_ms: None,
@@ -172,14 +200,42 @@ impl Files {
         })
     }
 
-    /// Goes to the next row in each file; `false` when one of them ends.
-    fn advance(&mut self) -> Result<bool, DatasetError> {
-        let mut go_on = self.odometry.advance()?;
-        go_on &= self.sonar.advance()?;
-        for lines in [&mut self.laser, &mut self.matched].into_iter().flatten() {
-            go_on &= lines.advance()?;
+    fn all(&mut self) -> impl Iterator<Item = &mut Lines> {
+        let optional = [&mut self.laser, &mut self.matched].into_iter().flatten();
+        [&mut self.odometry, &mut self.sonar]
+            .into_iter()
+            .chain(optional)
+    }
+
+    /// Goes to the next row in each file. A row of one file is refused where another file
+    /// has ended.
+    fn advance(&mut self) -> Result<Advance, DatasetError> {
+        let mut ended = None;
+        for lines in self.all() {
+            if !lines.advance()? {
+                ended.get_or_insert_with(|| lines.file().to_owned());
+            }
         }
-        Ok(go_on)
+        let Some(ended) = ended else {
+            return Ok(Advance::Row);
+        };
+        let row = self.all().find(|lines| lines.has_line());
+        Ok(row.map_or(Advance::End, |lines| {
+            let row = lines.text().map(|_| ());
+            let unpaired = || lines.refused(format!("{ended} has ended"));
+            Advance::Unpaired(row.err().unwrap_or_else(unpaired))
+        }))
+    }
+
+    /// Reports the bytes read of all files together.
+    fn report(&mut self, on_bytes: &mut dyn FnMut(u64, Option<u64>)) {
+        let (mut read, mut length) = (0, Some(0));
+        for lines in self.all() {
+            let (of_file, its_length) = lines.progress();
+            read += of_file;
+            length = length.zip(its_length).map(|(sum, length)| sum + length);
+        }
+        on_bytes(read, length);
     }
 
     /// The row that was read last.
@@ -224,23 +280,29 @@ impl Files {
     }
 }
 
-/// Eight cones, and behind them a scanner of 361 beams where there is a laser.
+/// Eight cones, and behind them nothing or a scanner of 361 beams, which is needed where
+/// there is a laser.
 fn check_rig(rig: &Rig, has_laser: bool) -> Result<(), DatasetError> {
     let (sonars, rest) = rig.mounts.split_at(rig.mounts.len().min(SONARS));
     let are_cones = sonars.len() == SONARS
         && sonars
             .iter()
             .all(|mount| matches!(mount.sensor, Sensor::Cone(_)));
-    let is_scanner = rest
-        .first()
-        .is_some_and(|mount| mount.sensor.model().returns() == BEAMS);
-    if are_cones && (is_scanner || !has_laser) {
+    let is_scanner = |mount: &SensorMount| mount.sensor.model().returns() == BEAMS;
+    let scanners = usize::from(rest.first().is_some_and(is_scanner));
+    let needed = if !are_cones || (has_laser && scanners == 0) {
+        String::new()
+    } else if rest.len() > scanners {
+        let names = rest.iter().skip(scanners);
+        let names: Vec<_> = names.map(|mount| mount.name.as_str()).collect();
+        format!(", and has no data for {}", names.join(", "))
+    } else {
         return Ok(());
-    }
+    };
     Err(DatasetError::Rig {
         rig: rig.name.clone(),
         needed: format!(
-            "the recording needs {SONARS} cones{}, in this order",
+            "the recording needs {SONARS} cones{}, in this order{needed}",
             if has_laser {
                 " and a scanner of 361 beams"
             } else {

@@ -1,23 +1,27 @@
-//! Recorded drives of other robots: one file of code per file format.
+//! Recorded drives of robots: one file of code per file format.
 //!
 //! A [`Dataset`] recognises its format and reads a drive row by row into [`Record`]s, in
-//! bounded memory. A row that cannot be used is refused with its line and the reason, and
+//! bounded memory. A row that cannot be used is refused with its place and the reason, and
 //! the rows around it are kept.
 
+mod amiro;
 mod error;
 mod kcma;
 mod lines;
 
+pub use amiro::Amiro;
 pub use error::{DatasetError, RefusedRow, RefusedRows};
 pub use kcma::Kcma;
 
 use std::path::Path;
 
-use crate::drive::Record;
+use error::shown;
+
+use crate::drive::{Keyframes, Record};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
-pub const DATASETS: [&dyn Dataset; 1] = [&Kcma];
+pub const DATASETS: [&dyn Dataset; 2] = [&Kcma, &Amiro];
 
 /// Which poses a drive is read with, where a recording carries several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,38 +29,87 @@ pub enum PoseSource {
     /// Those of the robot's odometry.
     #[default]
     Odometry,
-    /// Those that somebody matched to the recording afterwards.
+    /// Those that were matched to the recording afterwards.
     Matched,
+}
+
+/// A drive to be read.
+#[derive(Clone, Copy, Debug)]
+pub struct DriveFile<'a> {
+    /// The file or folder.
+    pub path: &'a Path,
+    /// The robot.
+    pub rig: &'a Rig,
+    /// Which poses are wanted.
+    pub poses: PoseSource,
+}
+
+/// What a drive of a format is mapped with where nothing else is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UsualMapping {
+    /// Which poses are mapped.
+    pub keyframes: Keyframes,
+    /// Side of a cell, millimetres.
+    pub cell_mm: u16,
+}
+
+/// What was read of a drive.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadRows {
+    /// Rows that were used.
+    pub used: u64,
+    /// Rows that were not.
+    pub refused: RefusedRows,
+    /// What else the user should know, a line each.
+    pub notes: Vec<String>,
 }
 
 /// A format of recorded drives.
 pub trait Dataset: Sync {
-    /// The format's name on the command line.
+    /// The format's name.
     fn name(&self) -> &'static str;
+
+    /// What a path of this format leads to, as an error lists it.
+    fn looks_for(&self) -> &'static str;
+
+    /// How a drive is mapped where nothing else is asked for.
+    fn usual(&self) -> UsualMapping;
 
     /// Whether the file or folder is of this format; reads names and heads only.
     fn recognises(&self, path: &Path) -> bool;
 
     /// Reads a drive and hands on its records in order, stamps never decreasing.
     ///
-    /// Gives what was refused on the way.
+    /// `on_bytes` gets the bytes read so far and how many there are to read, where that is
+    /// known. Gives how many rows were used, and what was refused on the way.
     ///
     /// # Errors
-    /// [`DatasetError`] for a file that cannot be read or holds no row of the format, and
-    /// for a rig that has other sensors than the recording.
+    /// [`DatasetError`] for a file that cannot be read or holds no usable row of the
+    /// format, and for a rig that has other sensors than the recording.
     fn read(
         &self,
-        path: &Path,
-        rig: &Rig,
-        poses: PoseSource,
+        drive: &DriveFile<'_>,
+        on_bytes: &mut dyn FnMut(u64, Option<u64>),
         take: &mut dyn FnMut(&Record),
-    ) -> Result<RefusedRows, DatasetError>;
+    ) -> Result<ReadRows, DatasetError>;
 }
 
-/// The format of a file or folder; `None` if it is of none in [`DATASETS`].
-#[must_use]
-pub fn recognise(path: &Path) -> Option<&'static dyn Dataset> {
-    DATASETS
-        .into_iter()
-        .find(|dataset| dataset.recognises(path))
+/// The format of a file or folder.
+///
+/// # Errors
+/// [`DatasetError::Read`] if nothing is there; [`DatasetError::UnknownFormat`], with what
+/// each of [`DATASETS`] looks for.
+pub fn recognise(path: &Path) -> Result<&'static dyn Dataset, DatasetError> {
+    let file = shown(path);
+    if let Err(source) = std::fs::metadata(path) {
+        return Err(DatasetError::Read { file, source });
+    }
+    let mut all = DATASETS.into_iter();
+    all.find(|dataset| dataset.recognises(path))
+        .ok_or_else(|| DatasetError::UnknownFormat {
+            file,
+            looked_for: DATASETS
+                .map(|dataset| format!("{} ({})", dataset.looks_for(), dataset.name()))
+                .join("; or "),
+        })
 }

@@ -2,13 +2,15 @@
 
 mod filter_records;
 mod keyframes;
+mod no_steps;
 mod record;
 mod replayed_config;
-mod standstill;
+mod step_records;
 
 pub use filter_records::FilterRecords;
-pub(crate) use filter_records::scan_records;
+use filter_records::scan_records;
 pub use keyframes::Keyframes;
+pub use no_steps::{InputCheck, NoSteps};
 pub use record::{PointOutcome, RangeScan, Record, Return};
 pub use replayed_config::replayed_config;
-pub use standstill::{Standstill, StandstillCheck};
+pub use step_records::StepRecords;

@@ -3,6 +3,8 @@
 use amiro_ipf::link::{Decoder, Message, Received};
 use amiro_ipf::node::{Input, Source};
 
+use super::stream::is_stream;
+
 /// How many bytes of a file's beginning are enough to decide.
 pub(crate) const DECIDING_BYTES: usize = 8192;
 
@@ -11,12 +13,7 @@ pub(crate) const DECIDING_BYTES: usize = 8192;
 /// The output of `simulate` and `replay` is none: a simulated recording begins with its
 /// truth, and the stream of a replay has its inputs from the link.
 pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {
-    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    let mut letters = text.iter().filter(|byte| !byte.is_ascii_whitespace());
-    if b"PRV0PRV1".iter().all(|letter| {
-        let next = letters.next();
-        next.is_some_and(|next| next.eq_ignore_ascii_case(letter))
-    }) {
+    if is_text(head) {
         return true;
     }
     let mut decoder = Decoder::new();
@@ -28,6 +25,22 @@ pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {
         frames.next(),
         Some(Message::Input(Input::Configure(config))) if config.source == Source::Board
     )
+}
+
+/// Whether a file that begins with these bytes is a recording of an AMiRo, robot or
+/// simulated: AMiRo's text or frames of the link.
+pub(crate) fn is_of_an_amiro(head: &[u8]) -> bool {
+    is_text(head) || is_stream(head)
+}
+
+/// Whether these bytes begin as the header of AMiRo's text.
+fn is_text(head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let mut letters = text.iter().filter(|byte| !byte.is_ascii_whitespace());
+    b"PRV0PRV1".iter().all(|letter| {
+        let next = letters.next();
+        next.is_some_and(|next| next.eq_ignore_ascii_case(letter))
+    })
 }
 
 #[cfg(test)]

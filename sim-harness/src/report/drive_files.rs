@@ -74,6 +74,7 @@ impl<'a> DriveMapSummary<'a> {
         let picture = MapPicture {
             title: Some(&title),
             path: &drive.path,
+            jumps: &drive.jumps,
             robot_radius_m: Some(rig.radius_m),
             ..MapPicture::default()
         };

@@ -1,7 +1,6 @@
 //! Rigs as TOML files.
 
-use std::fs::File;
-use std::io::Read;
+use std::io;
 use std::path::Path;
 
 use amiro_ipf::filter::Profile;
@@ -10,6 +9,7 @@ use amiro_ipf::node::Config;
 use serde::Deserialize;
 
 use super::{Rig, SensorMount};
+use crate::bounded::read_at_most;
 use crate::escape::{lines_escaped, whole_escaped};
 use crate::geometry::Pose2;
 use crate::sensors::{Cone, Infrared, Scanner, Sensor};
@@ -126,14 +126,12 @@ impl Rig {
     /// [`RigError::Read`], and as for [`parse`](Self::parse).
     pub fn load(path: &Path) -> Result<Self, RigError> {
         let name = whole_escaped(path.to_string_lossy().chars());
-        let mut text = String::new();
-        File::open(path)
-            .and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut text))
-            .map_err(|source| RigError::Read {
-                file: name.clone(),
-                source,
-            })?;
-        Self::parse(&name, &text)
+        let text = read_at_most(path, MAX_BYTES)
+            .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
+        match text {
+            Ok(text) => Self::parse(&name, &text),
+            Err(source) => Err(RigError::Read { file: name, source }),
+        }
     }
 
     /// Reads a rig from its text; `file` is the name that errors begin with.

@@ -1144,10 +1144,7 @@ fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
             "rig amiro: the recording needs 8 cones",
         ),
         (vec![&*drive, "--rig", &*nowhere], "nowhere: No such file"),
-        (
-            vec![&*nowhere, "--rig", &*rig],
-            "nowhere: of no known format",
-        ),
+        (vec![&*nowhere, "--rig", &*rig], "nowhere: No such file"),
         (
             vec![&*drive, "--rig", &*rig, "--method", "best"],
             "--method best: ism-standard, ",

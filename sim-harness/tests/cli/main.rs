@@ -2,4 +2,6 @@
 
 mod command_line;
 mod console;
+mod map;
+mod no_steps;
 mod options;

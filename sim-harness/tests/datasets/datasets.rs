@@ -3,10 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sim_harness::datasets::{Dataset, DatasetError, Kcma, PoseSource, RefusedRows, recognise};
+use sim_harness::datasets::{
+    Dataset, DatasetError, DriveFile, Kcma, PoseSource, ReadRows, RefusedRows, recognise,
+};
 use sim_harness::drive::{Keyframes, Record, Return};
+use sim_harness::log::Place;
 use sim_harness::mapping::{Map, Mapper, Method, Occupancy, Setup};
-use sim_harness::pipeline::{self, DriveFigures, DriveOptions};
+use sim_harness::pipeline::{self, DriveFigures, DriveOptions, NothingMapped};
 use sim_harness::rig::Rig;
 
 fn root() -> &'static Path {
@@ -24,14 +27,19 @@ fn rig() -> Rig {
 /// The usual keyframes of a drive, mapped with cells of 0.1 m.
 fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (DriveFigures, Map) {
     let options = DriveOptions {
-        poses,
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
         mounts: vec![sensors.to_owned()],
     };
     let method: Method = method.parse().unwrap();
-    let mut mapper = method.mapper(&Setup::new(&rig(), 0.1));
+    let rig = rig();
+    let mut mapper = method.mapper(&Setup::new(&rig, 0.1));
+    let drive = DriveFile {
+        path: drive,
+        rig: &rig,
+        poses,
+    };
     let run = pipeline::run(
-        |take| pipeline::dataset_records(&Kcma, drive, &rig(), &options, take),
+        |take| pipeline::dataset_records(&Kcma, &drive, &options, &mut |_, _| {}, take),
         &mut mapper,
         &mut |_, _| {},
     )
@@ -56,12 +64,27 @@ fn copied(name: &str, rows: usize) -> PathBuf {
     folder
 }
 
+/// A drive with a rig, read to its end.
+fn read_with(
+    folder: &Path,
+    rig: &Rig,
+    poses: PoseSource,
+    take: &mut dyn FnMut(&Record),
+) -> Result<ReadRows, DatasetError> {
+    let drive = DriveFile {
+        path: folder,
+        rig,
+        poses,
+    };
+    Kcma.read(&drive, &mut |_, _| {}, take)
+}
+
 fn read(folder: &Path, poses: PoseSource) -> Result<(Vec<Record>, RefusedRows), DatasetError> {
     let mut records = Vec::new();
-    let refused = Kcma.read(folder, &rig(), poses, &mut |record| {
-        records.push(record.clone())
+    let rows = read_with(folder, &rig(), poses, &mut |record| {
+        records.push(record.clone());
     })?;
-    Ok((records, refused))
+    Ok((records, rows.refused))
 }
 
 #[test]
@@ -108,7 +131,7 @@ fn a_laser_drive_maps_with_the_same_grid_as_a_sonar_drive() {
         assert!(std::env::var_os("IPF_NO_SKIP").is_none(), "no recordings");
         return;
     }
-    assert_eq!(recognise(&drive).map(Dataset::name), Some("kcma"));
+    assert_eq!(recognise(&drive).unwrap().name(), "kcma");
     let (figures, map) = mapped(&drive, "ism", "laser", PoseSource::Matched);
     assert_eq!(figures.keyframes, 183);
     assert_eq!(figures.echoes + figures.no_echoes, 183 * 361);
@@ -135,8 +158,8 @@ fn a_broken_row_costs_that_row_and_is_named() {
         .iter()
         .filter(|record| matches!(record, Record::Scan(_)));
     assert_eq!(scans.count(), 15);
-    let numbers: Vec<_> = refused.first.iter().map(|row| row.line).collect();
-    assert_eq!(numbers, [4, 6, 8, 10, 12]);
+    let places: Vec<_> = refused.first.iter().map(|row| row.place).collect();
+    assert_eq!(places, [4, 6, 8, 10, 12].map(Place::Line));
     let words = refused.to_string();
     assert!(words.contains("measurement.txt line 4: "), "{words}");
     assert!(!words.contains('\u{1b}'), "{words}");
@@ -192,14 +215,144 @@ fn what_is_missing_is_named() {
         "{empty}"
     );
     fs::remove_file(folder.join("poses.txt")).unwrap();
-    assert!(recognise(&folder).is_none());
+    let unknown = recognise(&folder).err().unwrap().to_string();
+    for words in [
+        "of no known format; looked for a folder with od.txt or poses.txt, and",
+        "sonar.txt or measurement.txt (kcma)",
+    ] {
+        assert!(unknown.contains(words), "{unknown}");
+    }
     let missing = message(read(&folder, PoseSource::Odometry));
-    assert!(missing.contains("od.txt is missing"), "{missing}");
-    let pioneer = Rig::load(&root().join("../rigs/amiro.toml")).unwrap();
-    let other = Kcma.read(&robond(), &pioneer, PoseSource::Odometry, &mut |_| {});
+    assert!(
+        missing.contains("od.txt or poses.txt is missing"),
+        "{missing}"
+    );
+    fs::remove_dir_all(&folder).unwrap();
+    let nothing = recognise(&folder).err().unwrap().to_string();
+    assert!(nothing.contains("No such file"), "{nothing}");
+}
+
+#[test]
+fn a_rig_with_mounts_that_the_recording_cannot_have_is_refused_by_their_names() {
+    let refused = |name: &str| {
+        let rig = Rig::load(&root().join("../rigs").join(name)).unwrap();
+        let other = read_with(&robond(), &rig, PoseSource::Odometry, &mut |_| {});
+        other.unwrap_err().to_string()
+    };
     assert_eq!(
-        other.unwrap_err().to_string(),
+        refused("amiro.toml"),
         "rig amiro: the recording needs 8 cones, in this order"
     );
+    let pioneer = refused("pioneer2dx.toml");
+    let words = "needs 8 cones, in this order, and has no data for sonar 8, sonar 9, sonar 10";
+    assert!(pioneer.contains(words), "{pioneer}");
+}
+
+#[test]
+fn mounts_that_were_asked_for_and_have_no_data_are_named_and_alone_they_give_no_map() {
+    let rig = rig();
+    let drive = DriveFile {
+        path: &robond(),
+        rig: &rig,
+        poses: PoseSource::Odometry,
+    };
+    for (asked, silent) in [("", "laser"), ("sonar", ""), ("laser", "laser")] {
+        let mut mapper = Method::ISM.mapper(&Setup::new(&rig, 0.1));
+        let options = DriveOptions {
+            keyframes: Kcma.usual().keyframes,
+            mounts: vec![asked.to_owned()],
+        };
+        let run = pipeline::run(
+            |take| pipeline::dataset_records(&Kcma, &drive, &options, &mut |_, _| {}, take),
+            &mut mapper,
+            &mut |_, _| {},
+        )
+        .unwrap();
+        assert_eq!(run.mounts_without_data.join(","), silent, "{asked}");
+        let nothing = NothingMapped::NoScan("laser".to_owned());
+        let expected = if asked == "laser" {
+            Err(nothing)
+        } else {
+            Ok(())
+        };
+        assert_eq!(run.check(&mapper.map()), expected, "{asked}");
+    }
+}
+
+#[test]
+fn one_sonar_of_a_scan_is_mapped_without_its_neighbours() {
+    let (all, _) = mapped(&robond(), "ism", "sonar", PoseSource::Odometry);
+    let echoes = (0..8).map(|index| {
+        let name = format!("sonar {index}");
+        let (figures, _) = mapped(&robond(), "ism", &name, PoseSource::Odometry);
+        let returns = figures.echoes + figures.no_echoes + figures.invalid;
+        assert_eq!(returns, all.keyframes, "{name}");
+        figures.echoes
+    });
+    assert_eq!(echoes.sum::<u64>(), all.echoes);
+}
+
+#[test]
+fn rows_of_a_file_behind_the_end_of_another_are_refused() {
+    let folder = copied("short", 20);
+    let path = folder.join("measurement.txt");
+    let text = fs::read_to_string(&path).unwrap();
+    let first: String = text.split_inclusive('\n').take(1).collect();
+    fs::write(&path, first).unwrap();
+    let (records, refused) = read(&folder, PoseSource::Odometry).unwrap();
+    assert_eq!((records.len(), refused.count), (2, 19), "{refused}");
+    let words = refused.to_string();
+    assert!(words.contains("poses.txt line 2: "), "{words}");
+    assert!(words.contains("measurement.txt has ended"), "{words}");
     fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn zero_bytes_at_the_end_of_a_file_are_reported() {
+    for files in [&["poses.txt"][..], &["poses.txt", "measurement.txt"]] {
+        let folder = copied("zeros", 10);
+        for file in files {
+            let path = folder.join(file);
+            let mut bytes = fs::read(&path).unwrap();
+            bytes.extend([0; 100]);
+            fs::write(&path, bytes).unwrap();
+        }
+        let (records, refused) = read(&folder, PoseSource::Odometry).unwrap();
+        assert_eq!(
+            (records.len(), refused.count),
+            (20, 1),
+            "{files:?}: {refused}"
+        );
+        let words = refused.to_string();
+        assert!(
+            words.contains("poses.txt line 11: holds 100 zero bytes"),
+            "{files:?}: {words}"
+        );
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
+#[test]
+fn the_bytes_of_all_files_are_reported_up_to_their_sum() {
+    let (rig, folder) = (rig(), robond());
+    let drive = DriveFile {
+        path: &folder,
+        rig: &rig,
+        poses: PoseSource::Odometry,
+    };
+    let mut reports = Vec::new();
+    Kcma.read(
+        &drive,
+        &mut |bytes, length| reports.push((bytes, length)),
+        &mut |_| {},
+    )
+    .unwrap();
+    let length = |name: &str| fs::metadata(folder.join(name)).unwrap().len();
+    let sum = length("poses.txt") + length("measurement.txt");
+    assert_eq!(reports.last(), Some(&(sum, Some(sum))));
+    assert!(
+        reports.is_sorted() && reports.len() == 413,
+        "{}",
+        reports.len()
+    );
 }

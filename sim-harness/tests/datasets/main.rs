@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod amiro;
 mod datasets;
 mod joined_recordings;
 #[cfg(target_os = "linux")]

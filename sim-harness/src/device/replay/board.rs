@@ -7,7 +7,7 @@ use amiro_ipf::node::Input;
 
 use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed};
 use crate::device::{Board, Comparison, drive_streamed, listen};
-use crate::drive::StandstillCheck;
+use crate::drive::InputCheck;
 use crate::log::StoredRecording;
 use crate::spool::Spool;
 use crate::{RunOutcome, run_streamed};
@@ -25,7 +25,7 @@ pub fn replay_on_board(
     on_bytes: &mut dyn FnMut(ReplayPass, u64),
 ) -> Result<Replayed, ReplayError> {
     let mut comparison = Comparison::default();
-    let (outcome, standstill) = expect_host(plan, recording, &mut comparison)?;
+    let (outcome, input_check) = expect_host(plan, recording, &mut comparison)?;
     let comparison = RefCell::new(comparison);
     let mut survey = plan.survey();
     let mut events = KeptEvents::new(plan.is_scored);
@@ -62,7 +62,7 @@ pub fn replay_on_board(
         events,
         answered,
         comparison: Some(comparison.verdict(board.boot(), &board.tally())),
-        standstill,
+        input_check,
         outcome,
         line: None,
         slowest_step_cycles,
@@ -74,13 +74,13 @@ fn expect_host(
     plan: &ReplayPlan<'_>,
     recording: &mut StoredRecording,
     comparison: &mut Comparison,
-) -> Result<(RunOutcome, StandstillCheck), ReplayError> {
-    let mut standstill = StandstillCheck::default();
+) -> Result<(RunOutcome, InputCheck), ReplayError> {
+    let mut input_check = InputCheck::default();
     let mut refusals = Vec::new();
     let mut inputs = recording.inputs(|_| ())?;
     let replayed = plan
         .inputs(&mut inputs)?
-        .inspect(|input| standstill.take(input));
+        .inspect(|input| input_check.take(input));
     let outcome = run_streamed(
         plan.config,
         replayed,
@@ -90,5 +90,5 @@ fn expect_host(
     )?;
     inputs.finish()?;
     comparison.expect_refusals(&refusals);
-    Ok((outcome, standstill))
+    Ok((outcome, input_check))
 }

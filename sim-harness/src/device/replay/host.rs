@@ -5,7 +5,7 @@ use amiro_ipf::node::Event;
 
 use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed};
 use crate::device::{Comparison, FaultInjector, HOST_NODE_BOOT_ID, LineRun};
-use crate::drive::StandstillCheck;
+use crate::drive::InputCheck;
 use crate::log::StoredRecording;
 use crate::run_streamed;
 use crate::spool::Spool;
@@ -31,7 +31,7 @@ pub fn replay_on_host(
     let mut encoder = Encoder::new(HOST_NODE_BOOT_ID);
     let mut answered = Spool::default();
     let mut comparison = Comparison::default();
-    let mut standstill = StandstillCheck::default();
+    let mut input_check = InputCheck::default();
     let mut arrive = |event: &Event| {
         survey.take(event);
         events.take(event);
@@ -39,7 +39,7 @@ pub fn replay_on_host(
     let mut inputs = recording.inputs(|bytes| on_bytes(ReplayPass::Replay, bytes))?;
     let replayed = plan
         .inputs(&mut inputs)?
-        .inspect(|input| standstill.take(input));
+        .inspect(|input| input_check.take(input));
     let on_event = |event: &Event| {
         if is_compared {
             comparison.expect(event);
@@ -67,7 +67,7 @@ pub fn replay_on_host(
         events,
         answered,
         comparison: is_compared.then(|| comparison.verdict_of_recording()),
-        standstill,
+        input_check,
         outcome,
         line,
         slowest_step_cycles: 0,

@@ -3,7 +3,7 @@
 use amiro_ipf::node::Event;
 
 use crate::device::{FrameTally, LineTally, Verdict};
-use crate::drive::StandstillCheck;
+use crate::drive::InputCheck;
 use crate::spool::{EventSpool, Spool};
 use crate::{RunOutcome, RunRecord};
 
@@ -18,8 +18,8 @@ pub struct Replayed {
     pub answered: Spool,
     /// The board's run, or the recorded one, against this host's.
     pub comparison: Option<Verdict>,
-    /// Whether the odometry moved.
-    pub standstill: StandstillCheck,
+    /// What the inputs were, to say why there are no steps.
+    pub input_check: InputCheck,
     /// The run of the host's node.
     pub outcome: RunOutcome,
     /// What became of the frames, as the receiver counts and as the line knows, where the
