@@ -6,6 +6,7 @@
 
 mod amiro;
 mod error;
+mod fields;
 mod kcma;
 mod lines;
 

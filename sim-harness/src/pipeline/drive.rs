@@ -112,9 +112,9 @@ pub fn dataset_records(
     on_bytes: &mut dyn FnMut(u64, Option<u64>),
     take: &mut dyn FnMut(&Record),
 ) -> Result<DriveSummary, DatasetError> {
-    let mut selection = Selection::new(drive.rig, options);
+    let mut selection = DriveSelection::new(drive.rig, options);
     let rows = dataset.read(drive, on_bytes, &mut |record| selection.take(record, take))?;
-    let Selection {
+    let DriveSelection {
         mut figures,
         places,
         jumps,
@@ -136,7 +136,7 @@ pub fn dataset_records(
 }
 
 /// How far the selection of a drive's records has come.
-struct Selection<'a> {
+struct DriveSelection<'a> {
     rig: &'a Rig,
     options: &'a DriveOptions,
     keyframes: Keyframes,
@@ -151,7 +151,7 @@ struct Selection<'a> {
     has_data: Vec<bool>,
 }
 
-impl<'a> Selection<'a> {
+impl<'a> DriveSelection<'a> {
     fn new(rig: &'a Rig, options: &'a DriveOptions) -> Self {
         Self {
             rig,

@@ -213,3 +213,25 @@ fn frames_of_any_length_are_replayed_in_the_same_memory() {
         code: 1,
     });
 }
+
+#[test]
+fn amiros_text_of_any_length_is_mapped_in_the_same_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("recording");
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/amiro.toml");
+    let peak = |bytes| {
+        write_text(&recording, bytes).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ipf"));
+        command.arg("map").arg(&recording).args(["--rig", rig]);
+        command.arg("--out").arg(folder.path().join("map"));
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+        let child = child.as_mut().unwrap();
+        let peak = peak_of(child);
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        peak
+    };
+    let (of_short, of_long) = (peak(2_000_000), peak(16_000_000));
+    // As for a replay; the path and the map of the circle are small.
+    let found = format!("{of_short} and {of_long} bytes");
+    assert!(of_long < of_short + 8_000_000, "{found}");
+}
