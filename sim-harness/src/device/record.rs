@@ -93,6 +93,7 @@ enum PartEnd {
 /// per boot of the board, because a reset loses its state; parts begin at least a second
 /// apart. Parts are flushed at every status, eight times per second, so a failure of the
 /// host loses at most that much. `wanted` gets all events, at least ten per second.
+///
 /// Received bytes are written and not kept; of bytes that are no frame, 512 of each piece
 /// between two zero bytes.
 ///
@@ -250,6 +251,7 @@ fn record_part(
 }
 
 /// Configures the board; returns its frames from `Configured` on.
+///
 /// Earlier frames belong to the board's earlier run.
 fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
     let sequence = board.send(start)?;

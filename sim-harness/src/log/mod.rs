@@ -1,8 +1,10 @@
 //! Recordings: drives read from files, and written to them.
+//!
 //! Two formats, distinguished by their content:
 //!
 //! - the text that AMiRo's own recorder wrote, eleven columns per row;
 //! - the bytes of the link, as the board and the simulator write them.
+//!
 //! A bad line or frame is refused with its place and reason, and the rest is used. A source
 //! that has nothing usable at all is a [`LogError`]. Memory is bounded for every source: 64
 //! KiB per line, 128 bytes per frame, 64 KiB of scenario, 4 KiB of faults.

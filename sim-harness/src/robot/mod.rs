@@ -1,12 +1,16 @@
 //! A simulated robot: a world, its sensors, the parts on its buses, its acquisition.
+//!
 //! [`simulate_with`](crate::world::simulate_with) gives a node's inputs directly. A
 //! [`Robot`] lets the core acquire them: the world's counts appear in the registers of the
 //! eight sensors by the sensors' own clocks,
 //! [`Acquisition`](amiro_ipf::board::acquisition::Acquisition) reads them over multiplexers
 //! and buses, byte for byte, and the pose comes in the frames of the robot's bus.
-//! [`ActiveFaults`](crate::faults::ActiveFaults) are injected. [`SensorFaultTrials`]
-//! measure the effect of a broken sensor on a map, [`StampTrials`] the effect of odometry
-//! frames without stamps. Not modelled: the flash image's interrupts (a transaction waits
+//! [`ActiveFaults`](crate::faults::ActiveFaults) are injected.
+//!
+//! [`SensorFaultTrials`] measure the effect of a broken sensor on a map, [`StampTrials`]
+//! the effect of odometry frames without stamps.
+//!
+//! Not modelled: the flash image's interrupts (a transaction waits
 //! for its end here), lost samples other than by faults on the buses, and a frame's way
 //! over its bus.
 
