@@ -307,23 +307,32 @@ impl Image {
             format!("there is a heap: {:?}", self.heap_symbols),
         );
         if layout == Layout::Amiro {
-            check(
-                address(".boot_checksum") == Some(layout.start() + CHECKSUM_OFFSET)
-                    && self.size(&[".boot_checksum"]) == 4
-                    && self.checksum_word == Some(CHECKSUM_PLACEHOLDER),
-                "the word for the boot loader's checksum is not in its place".to_owned(),
-            );
-            let gap = layout.start() + VECTORS_SIZE..layout.text_start();
-            let sections = self.sections.iter().filter(|section| {
-                section.name != ".boot_checksum"
-                    && section.address < gap.end
-                    && section.address + section.size > gap.start
-            });
-            for section in sections {
-                let name = &section.name;
-                check(false, format!("{name} lies where the boot loader writes"));
-            }
+            problems.extend(self.boot_loader_problems(layout));
         }
+        problems
+    }
+
+    /// What AMiRo's boot loader requires and the image lacks.
+    fn boot_loader_problems(&self, layout: Layout) -> Vec<String> {
+        let mut problems = Vec::new();
+        let address = self
+            .section(".boot_checksum")
+            .map(|section| section.address);
+        if address != Some(layout.start() + CHECKSUM_OFFSET)
+            || self.size(&[".boot_checksum"]) != 4
+            || self.checksum_word != Some(CHECKSUM_PLACEHOLDER)
+        {
+            problems.push("the word for the boot loader's checksum is not in its place".to_owned());
+        }
+        let gap = layout.start() + VECTORS_SIZE..layout.text_start();
+        let sections = self.sections.iter().filter(|section| {
+            section.name != ".boot_checksum"
+                && section.address < gap.end
+                && section.address + section.size > gap.start
+        });
+        problems.extend(
+            sections.map(|section| format!("{} lies where the boot loader writes", section.name)),
+        );
         problems
     }
 }

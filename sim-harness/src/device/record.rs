@@ -74,6 +74,21 @@ pub enum RecordingEvent<'a> {
     Silent,
 }
 
+impl<'a> RecordingEvent<'a> {
+    fn of(message: &'a Message) -> Self {
+        match message {
+            Message::Input(Input::Limit {
+                particles_per_sensor,
+            }) => Self::Limited {
+                particles_per_sensor: *particles_per_sensor,
+            },
+            Message::Input(input) => Self::Input(input),
+            Message::Hello | Message::Calibrate | Message::Truth(_) => Self::Waiting,
+            message => Self::Message(message),
+        }
+    }
+}
+
 /// How one part of a recording ended.
 enum PartEnd {
     /// Enough was recorded.
@@ -234,17 +249,7 @@ fn record_part(
         if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
-        let event = match &frame.message {
-            Message::Input(Input::Limit {
-                particles_per_sensor,
-            }) => RecordingEvent::Limited {
-                particles_per_sensor: *particles_per_sensor,
-            },
-            Message::Input(input) => RecordingEvent::Input(input),
-            Message::Hello | Message::Calibrate | Message::Truth(_) => RecordingEvent::Waiting,
-            message => RecordingEvent::Message(message),
-        };
-        if !wanted(event) {
+        if !wanted(RecordingEvent::of(&frame.message)) {
             return Ok(PartEnd::Enough);
         }
     }
