@@ -38,16 +38,18 @@ pub fn print(line: impl Display) {
     print_escaped(&line_escaped(&line.to_string()));
 }
 
-/// Writes text of one or more lines to standard output, and a line end. Text of other
-/// origin in it must contain no line ends, so that it cannot look like a line of the
-/// program.
+/// Writes text of one or more lines to standard output, and a line end.
+///
+/// Text of other origin in it must contain no line ends, so that it cannot look like a
+/// line of the program.
 pub fn print_text(text: impl Display) {
     print_escaped(&lines_escaped(&text.to_string()));
 }
 
-/// Writes bytes that are no text, such as a recording, to standard output as they are. If
-/// the reader closes it, this ends without an error, and [`printed`] returns it. A standard
-/// output that was closed before the start is reported as one that failed.
+/// Writes bytes that are no text, such as a recording, to standard output as they are.
+///
+/// If the reader closes it, this ends without an error, and [`printed`] returns it. A
+/// standard output that was closed before the start is reported as one that failed.
 ///
 /// # Errors
 /// Any other error of `fill`.

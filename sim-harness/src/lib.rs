@@ -1,13 +1,18 @@
-//! The laboratory around the filter: simulate, replay, map, score, draw. Everything here
-//! runs on a host and reads decoded events of the core's own types; the filter itself is
-//! `amiro-ipf`, the same code that the board runs. The data flow: a recording ([`log`]) or
-//! a simulated drive ([`world`]) gives inputs; the node turns them into events ([`run`]) or
-//! a board does ([`device`]); a mapper counts events into a grid ([`mapping`]); the grid is
-//! scored ([`evaluation`]), drawn and written ([`report`], [`output`]). The photometric law
-//! is fitted to measured counts ([`calibration`]). The commands of the `ipf` program
-//! combine these. Drives of other robots have another path: a rig file lists the sensors
+//! The laboratory around the filter: simulate, replay, map, score, draw.
+//!
+//! Everything here runs on a host and reads decoded events of the core's own types; the
+//! filter itself is `amiro-ipf`, the same code that the board runs.
+//!
+//! The data flow: a recording ([`log`]) or a simulated drive ([`world`]) gives inputs;
+//! the node turns them into events ([`run`]) or a board does ([`device`]); a mapper
+//! counts events into a grid ([`mapping`]); the grid is scored ([`evaluation`]), drawn
+//! and written ([`report`], [`output`]). The photometric law is fitted to measured counts
+//! ([`calibration`]). The commands of the `ipf` program combine these.
+//!
+//! Drives of other robots have another path: a rig file lists the sensors
 //! and their poses ([`rig`]), a recording is read into records ([`datasets`], [`drive`]),
 //! and the pipeline ([`pipeline`]) maps the sensors' returns ([`sensors`], [`mapping`]).
+//!
 //! [`bus`] models the parts of the robot's two I2C buses as they behave on the wire, faults
 //! included; the drivers run against them. A whole simulated robot ([`robot`]) drives
 //! through a world with these parts, and its own acquisition gives the inputs. [`faults`]

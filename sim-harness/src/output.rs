@@ -1,4 +1,5 @@
 //! Atomic writing of files: a killed run leaves the old file or the new one, never a part.
+//!
 //! Earlier output of a command is replaced. Two kinds of files are not: the inputs of the
 //! command, see [`check`], and the recording of a robot, which cannot be repeated.
 

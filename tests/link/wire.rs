@@ -75,10 +75,10 @@ fn kind(message: &Message) -> &'static str {
         Message::PostMortem(_) => "PostMortem",
         Message::Supervision(_) => "Supervision",
         Message::Offsets(_) => "Offsets",
-        Message::Truth(TruthMessage::Pose { .. }) => "TruthMessage pose",
-        Message::Truth(TruthMessage::Scenario(_)) => "TruthMessage scenario",
-        Message::Truth(TruthMessage::Seed(_)) => "TruthMessage seed",
-        Message::Truth(TruthMessage::Faults { .. }) => "TruthMessage faults",
+        Message::Truth(TruthMessage::Pose { .. }) => "Truth pose",
+        Message::Truth(TruthMessage::Scenario(_)) => "Truth scenario",
+        Message::Truth(TruthMessage::Seed(_)) => "Truth seed",
+        Message::Truth(TruthMessage::Faults { .. }) => "Truth faults",
     }
 }
 

@@ -3,6 +3,7 @@
 use super::InjectedBusFault;
 
 /// A part, or several wired together, byte by byte.
+///
 /// Every part gets every start, byte and stop, and answers those addressed to it. Time
 /// is an argument, nanoseconds since the bus's power came up; it never goes back.
 pub trait Device {

@@ -4,6 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InjectedBusFault {
     /// An address or written byte finds no acknowledgement, and no part takes it.
+    ///
     /// No effect on a byte that is read, because there the master acknowledges.
     NoAcknowledge,
     /// The master reads a 0 where it sent a 1 and leaves the bus; no part takes the byte.

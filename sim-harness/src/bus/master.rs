@@ -67,6 +67,7 @@ impl<P: Device> ErrorType for FakeBus<P> {
 }
 
 /// A master that waits, but at most 1 ms for a byte.
+///
 /// After an error it frees the bus with up to nine clocks and a stop.
 impl<P: Device> I2c for FakeBus<P> {
     fn transaction(

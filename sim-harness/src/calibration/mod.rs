@@ -1,4 +1,5 @@
 //! The photometric law fitted to a table of measured counts.
+//!
 //! [`Table`] has the measurements, [`Fixed`] the known parameters, [`Law`] the least
 //! squares problem, [`Fit`] the answer: parameters, their standard errors, residuals.
 

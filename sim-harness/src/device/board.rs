@@ -305,9 +305,10 @@ impl Board {
         }
     }
 
-    /// Bytes that have arrived, perhaps none yet; `None` at the deadline. Bytes that
-    /// arrived in time are still decoded after the deadline, and no later ones: a board
-    /// that never stops sending does not block its host.
+    /// Bytes that have arrived, perhaps none yet; `None` at the deadline.
+    ///
+    /// Bytes that arrived in time are still decoded after the deadline, and no later
+    /// ones: a board that never stops sending does not block its host.
     fn arrivals(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, LinkError> {
         if self.is_interrupted() {
             return Err(LinkError::Interrupted);

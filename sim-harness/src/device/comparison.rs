@@ -65,6 +65,7 @@ fn hash(event: &Event) -> u64 {
 
 impl Comparison {
     /// Takes an event of the host's run.
+    ///
     /// Step and particle messages and odometry resets are compared; boot,
     /// configuration, status, health, offsets and post-mortem are not.
     pub fn expect(&mut self, event: &Event) {

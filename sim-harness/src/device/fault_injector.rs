@@ -97,6 +97,7 @@ impl FaultInjector {
     }
 
     /// Sends bytes, at a time since the line's first use that never decreases.
+    ///
     /// Bytes without a final zero byte wait for it, or for [`flush`](Self::flush).
     pub fn send(&mut self, bytes: &[u8], now: Duration) {
         for &byte in bytes {

@@ -312,26 +312,28 @@ impl Image {
         problems
     }
 
-    /// What of the image AMiRo's boot loader would not find or would write over.
+    /// What AMiRo's boot loader requires and the image lacks.
     fn boot_loader_problems(&self, layout: Layout) -> Vec<String> {
-        let word = self.section(".boot_checksum");
-        let is_in_place = word.map(|section| section.address)
-            == Some(layout.start() + CHECKSUM_OFFSET)
-            && self.size(&[".boot_checksum"]) == 4
-            && self.checksum_word == Some(CHECKSUM_PLACEHOLDER);
+        let mut problems = Vec::new();
+        let address = self
+            .section(".boot_checksum")
+            .map(|section| section.address);
+        if address != Some(layout.start() + CHECKSUM_OFFSET)
+            || self.size(&[".boot_checksum"]) != 4
+            || self.checksum_word != Some(CHECKSUM_PLACEHOLDER)
+        {
+            problems.push("the word for the boot loader's checksum is not in its place".to_owned());
+        }
         let gap = layout.start() + VECTORS_SIZE..layout.text_start();
-        let strangers = self.sections.iter().filter(|section| {
+        let sections = self.sections.iter().filter(|section| {
             section.name != ".boot_checksum"
                 && section.address < gap.end
                 && section.address + section.size > gap.start
         });
-        let misplaced = (!is_in_place)
-            .then(|| "the word for the boot loader's checksum is not in its place".to_owned());
-        let strangers = strangers.map(|section| {
-            let name = &section.name;
-            format!("{name} lies where the boot loader writes")
-        });
-        misplaced.into_iter().chain(strangers).collect()
+        problems.extend(
+            sections.map(|section| format!("{} lies where the boot loader writes", section.name)),
+        );
+        problems
     }
 }
 

@@ -5,11 +5,12 @@ use amiro_ipf::link::Frame;
 /// Frames that may wait for one that is missing before them.
 const DEPTH: usize = 8;
 
-/// Puts frames back into their sender's order and drops repeated ones. A serial line
-/// neither repeats nor reorders; a recording or a network may. A frame waits for earlier
-/// ones until eight later frames have arrived; then the missing ones are given up. A frame
-/// that arrives after it was given up, up to 64 places late, is dropped, and so is a
-/// repeated one.
+/// Puts frames back into their sender's order and drops repeated ones.
+///
+/// A serial line neither repeats nor reorders; a recording or a network may. A frame
+/// waits for earlier ones until eight later frames have arrived; then the missing ones
+/// are given up. A frame that arrives after it was given up, up to 64 places late, is
+/// dropped, and so is a repeated one.
 #[derive(Clone, Debug, Default)]
 pub struct InOrder {
     boot_id: Option<u8>,

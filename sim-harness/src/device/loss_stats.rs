@@ -98,12 +98,15 @@ impl fmt::Display for FrameTally {
     }
 }
 
-/// Counts a sender's received, dropped and lost frames by their numbers. A board's status,
-/// itself a numbered frame, contains the counts of sent and dropped frames since its boot.
-/// Between two statuses the numbers used must be the frames sent and dropped, and the
-/// frames received leave exactly those that were lost on the line. Frames that are missing
-/// before the first status count as lost, even if the board dropped them. Numbers have 16
-/// bits; the board's counts give the number of wraps.
+/// Counts a sender's received, dropped and lost frames by their numbers.
+///
+/// A board's status, itself a numbered frame, contains the counts of sent and dropped
+/// frames since its boot. Between two statuses the numbers used must be the frames sent
+/// and dropped, and the frames received leave exactly those that were lost on the line.
+/// Frames that are missing before the first status count as lost, even if the board
+/// dropped them.
+///
+/// Numbers have 16 bits; the board's counts give the number of wraps.
 #[derive(Clone, Debug, Default)]
 pub struct LossStats {
     boot_id: Option<u8>,

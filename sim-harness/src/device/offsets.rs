@@ -12,7 +12,9 @@ use super::{Board, LinkError, drive};
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Has a greeted board measure its sensors' offsets; `None` when no measurement was
-/// reported within five seconds. The report of a board without working sensors refuses each
+/// reported within five seconds.
+///
+/// The report of a board without working sensors refuses each
 /// sensor. A report that neither holds measured offsets nor refuses a sensor, such as that
 /// of the memory's offsets after a start, is no measurement and is skipped.
 ///

@@ -74,6 +74,21 @@ pub enum RecordingEvent<'a> {
     Silent,
 }
 
+impl<'a> RecordingEvent<'a> {
+    fn of(message: &'a Message) -> Self {
+        match message {
+            Message::Input(Input::Limit {
+                particles_per_sensor,
+            }) => Self::Limited {
+                particles_per_sensor: *particles_per_sensor,
+            },
+            Message::Input(input) => Self::Input(input),
+            Message::Hello | Message::Calibrate | Message::Truth(_) => Self::Waiting,
+            message => Self::Message(message),
+        }
+    }
+}
+
 /// How one part of a recording ended.
 enum PartEnd {
     /// Enough was recorded.
@@ -93,6 +108,7 @@ enum PartEnd {
 /// per boot of the board, because a reset loses its state; parts begin at least a second
 /// apart. Parts are flushed at every status, eight times per second, so a failure of the
 /// host loses at most that much. `wanted` gets all events, at least ten per second.
+///
 /// Received bytes are written and not kept; of bytes that are no frame, 512 of each piece
 /// between two zero bytes.
 ///
@@ -233,27 +249,14 @@ fn record_part(
         if matches!(frame.message, Message::Status(_)) {
             writer.flush()?;
         }
-        if !wanted(recording_event(&frame.message)) {
+        if !wanted(RecordingEvent::of(&frame.message)) {
             return Ok(PartEnd::Enough);
         }
     }
 }
 
-/// What the caller gets of a frame.
-fn recording_event(message: &Message) -> RecordingEvent<'_> {
-    match message {
-        Message::Input(Input::Limit {
-            particles_per_sensor,
-        }) => RecordingEvent::Limited {
-            particles_per_sensor: *particles_per_sensor,
-        },
-        Message::Input(input) => RecordingEvent::Input(input),
-        Message::Hello | Message::Calibrate | Message::Truth(_) => RecordingEvent::Waiting,
-        message => RecordingEvent::Message(message),
-    }
-}
-
 /// Configures the board; returns its frames from `Configured` on.
+///
 /// Earlier frames belong to the board's earlier run.
 fn begin(board: &mut Board, start: &Input) -> Result<Vec<u8>, LinkError> {
     let sequence = board.send(start)?;

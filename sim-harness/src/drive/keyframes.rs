@@ -3,7 +3,9 @@
 use crate::geometry::Pose2;
 
 /// Keeps the first pose, and each that has moved or turned far enough since the last one
-/// that was kept. A robot that stands still repeats its readings; if all were counted, they
+/// that was kept.
+///
+/// A robot that stands still repeats its readings; if all were counted, they
 /// would outweigh all others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframes {

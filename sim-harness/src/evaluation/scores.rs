@@ -18,6 +18,7 @@ const RECALL_M: f64 = 0.015;
 const ROUNDING_M: f64 = 1e-9;
 
 /// How good a map is.
+///
 /// A low overall error alone is no evidence: a map that is free everywhere has one. The
 /// rates show whether walls were found, recall whether their surfaces were, coverage
 /// how much was decided at all. A ratio is `None` where its denominator is zero.

@@ -60,6 +60,7 @@ impl fmt::Display for SensorBreak {
 }
 
 /// Drives of a robot, each without a fault and with every break of one sensor.
+///
 /// The sensor depends on the seed: eight seeds in a row break each sensor once.
 #[derive(Clone, Debug)]
 pub struct SensorFaultTrials {

@@ -29,10 +29,12 @@ pub struct NotOnInputs {
 
 impl Faults {
     /// The inputs as a robot with these faults would have recorded them: times count from
-    /// the first input with a stamp. A sensor that is `stuck` repeats its first counts of
-    /// that time, one that is `garbage` gives 16 random bits above the default offset.
-    /// Odometry that is `delayed` comes later and is stamped when it comes, as on the
-    /// robot. Wheel speeds cannot be `wrong`.
+    /// the first input with a stamp.
+    ///
+    /// A sensor that is `stuck` repeats its first counts of that time, one that is
+    /// `garbage` gives 16 random bits above the default offset. Odometry that is
+    /// `delayed` comes later and is stamped when it comes, as on the robot. Wheel speeds
+    /// cannot be `wrong`.
     ///
     /// # Errors
     /// The first fault of a part that has no meaning on inputs; faults of the line are ignored.

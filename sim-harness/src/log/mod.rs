@@ -1,4 +1,5 @@
 //! Recordings: drives read from files, and written to them.
+//!
 //! Two formats, distinguished by their content:
 //!
 //! - the text that AMiRo's own recorder wrote, eleven columns per row;

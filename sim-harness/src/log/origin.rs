@@ -10,6 +10,7 @@ pub(crate) const DECIDING_BYTES: usize = 8192;
 
 /// Whether a file that begins with these bytes is the recording of a robot: AMiRo's text,
 /// or frames that begin with the configuration of a board that reads its own sensors.
+///
 /// The output of `simulate` and `replay` is none: a simulated recording begins with its
 /// truth, and the stream of a replay has its inputs from the link.
 pub(crate) fn is_of_a_robot(head: &[u8]) -> bool {

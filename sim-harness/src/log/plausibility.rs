@@ -4,10 +4,12 @@
 //! drives at 80 mm/s and has been driven at 0.6 m/s. Too high speeds are detected by the
 //! stamps of a stream, too low ones by the rows of AMiRo's text, which has no stamps but
 //! comes from a bus whose numbers move by 256 um or not at all. Headings are compared with
-//! the course: a robot on two wheels drives along its heading, forward or backward. A robot
-//! that stands is legal with any readings, and so is a drive of few rows. A drive that
-//! looks the same in both units passes: a straight drive along x has the heading 0 in all
-//! of them, and a drive of less than a metre from the origin stands at 0 in whole metres.
+//! the course: a robot on two wheels drives along its heading, forward or backward.
+//!
+//! A robot that stands is legal with any readings, and so is a drive of few rows. A drive
+//! that looks the same in both units passes: a straight drive along x has the heading 0
+//! in all of them, and a drive of less than a metre from the origin stands at 0 in whole
+//! metres.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -24,11 +24,12 @@ impl std::fmt::Display for Format {
     }
 }
 
-/// One run: its configuration, its inputs and everything recorded with them. Stamps of each
-/// kind of input never decrease within one sender's inputs, poses and speeds are finite and
-/// the configuration is legal. A node may still refuse an input that came too early: a
-/// reading without odometry near it, a tick before any reading, an input that a host and a
-/// board both sent.
+/// One run: its configuration, its inputs and everything recorded with them.
+///
+/// Stamps of each kind of input never decrease within one sender's inputs, poses and
+/// speeds are finite and the configuration is legal. A node may still refuse an input
+/// that came too early: a reading without odometry near it, a tick before any reading, an
+/// input that a host and a board both sent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The configuration that the inputs were recorded under, if the source has one.

@@ -193,6 +193,7 @@ impl StoredRecording {
 type OnBytes<'a> = Box<dyn FnMut(u64) + 'a>;
 
 /// The rows of one kind, in the order of the source.
+///
 /// They end early when the source fails; [`finish`](Self::finish) returns the error.
 #[must_use]
 pub struct Rows<'a, T> {

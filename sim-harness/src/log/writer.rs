@@ -8,10 +8,11 @@ use amiro_ipf::node::Input;
 /// Boot id of a recording host; a board draws its own.
 const HOST_BOOT_ID: u8 = 0xA5;
 
-/// Writes a host's inputs, a simulator's ground truth and a board's messages. Every frame
-/// ends with its zero byte, so that a cut recording has lost at most its last frame. Writes
-/// go to `W` one frame at a time: give it a buffered writer. The file is `W`'s to finish;
-/// see [`finish`](Self::finish).
+/// Writes a host's inputs, a simulator's ground truth and a board's messages.
+///
+/// Every frame ends with its zero byte, so that a cut recording has lost at most its last
+/// frame. Writes go to `W` one frame at a time: give it a buffered writer. The file is
+/// `W`'s to finish; see [`finish`](Self::finish).
 #[derive(Debug)]
 pub struct RecordingWriter<W: Write> {
     write: W,

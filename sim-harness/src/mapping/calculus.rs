@@ -27,6 +27,7 @@ pub trait Calculus {
 }
 
 /// Counts of occupied and free (paper equations 3 and 4).
+///
 /// Each piece of evidence is one count, with any weight. At 65 535 both counts halve,
 /// which keeps their ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -60,6 +60,7 @@ pub struct MapPicture<'a> {
 
 impl MapPicture<'_> {
     /// Draws a map: white free, black occupied, grey unknown; x to the right, y upward.
+    ///
     /// Shows the known cells, or the given window, and the path, with a margin of five cells.
     /// A cell is a square of 3 to 24 pixels, so that the longer side has about 900. A map
     /// that would exceed [`MAX_SIDE_PX`] has smaller cells, and then a pixel for a square

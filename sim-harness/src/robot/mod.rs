@@ -1,4 +1,5 @@
 //! A simulated robot: a world, its sensors, the parts on its buses, its acquisition.
+//!
 //! [`simulate_with`](crate::world::simulate_with) gives a node's inputs directly. A
 //! [`Robot`] lets the core acquire them: the world's counts appear in the registers of the
 //! eight sensors by the sensors' own clocks,

@@ -12,6 +12,7 @@ use crate::world::{Drive, Options, Scenario, Sensing, Shape};
 const NOISE_STREAM: u64 = 0x72_6f62_6f74;
 
 /// The world as the sensors of a driving robot measure it.
+///
 /// A count depends only on the seed, the sensor and the time, not on earlier calls.
 #[derive(Clone, Debug)]
 pub struct SensedWorld {

@@ -97,9 +97,10 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot at the start of a scenario, with clocks that the seed draws. The options'
-    /// dropout is ignored: samples get lost on the buses. Its odometry has wheel errors or
-    /// none.
+    /// A robot at the start of a scenario, with clocks that the seed draws.
+    ///
+    /// The options' dropout is ignored: samples get lost on the buses. Its odometry has
+    /// wheel errors or none.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, options: &Options, faults: ActiveFaults) -> Self {
         Self::with_clocks(scenario, seed, options, faults, &PartClocks::drawn(seed))

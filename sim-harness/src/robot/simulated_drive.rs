@@ -14,11 +14,12 @@ use crate::faults::Faults;
 use crate::log::RecordingWriter;
 use crate::world::{OdometryModel, Options, Scenario, Simulation, simulate_with};
 
-/// A simulated drive: the world, its differences from the model, and the faults. If the
-/// faults name a part, even with `ok`, a whole [`Robot`] drives: its acquisition reads the
-/// sensors over their buses, and its stamps count from when its power came up, 0.4 s before
-/// it drives. Otherwise the inputs are those of [`simulate_with`]. Faults of the line apply
-/// between the robot and the recorder.
+/// A simulated drive: the world, its differences from the model, and the faults.
+///
+/// If the faults name a part, even with `ok`, a whole [`Robot`] drives: its acquisition
+/// reads the sensors over their buses, and its stamps count from when its power came up,
+/// 0.4 s before it drives. Otherwise the inputs are those of [`simulate_with`]. Faults of
+/// the line apply between the robot and the recorder.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedDrive<'a> {
     /// The world.

@@ -29,14 +29,15 @@ pub enum Physics {
     Matched,
     /// The returns of all visible surfaces add up, as those of Lambert surfaces.
     ///
-    /// A ray adds rho cos(i) / (d^2 / C - delta), with the reflectivity rho, the angle
-    /// of incidence i on the surface, its distance d and C = cos(xi theta): the law's
-    /// own return, times Lambert's cosine. For delta = 0 that is
-    /// rho C cos(i) / d^2. The sum is scaled so that an endless wall across the axis at
-    /// 100 mm has the law's return for 100 mm on the axis, and for delta = 0 the law's
-    /// return at every distance. A face of width w at distance D fills the lobe only to
-    /// atan(w / 2 D) and returns less, so that it appears farther by the law: a 50 mm face
-    /// at 100 mm appears at 149 mm.
+    /// A ray adds rho cos(i) / (d^2 / C - delta), with the reflectivity rho, the angle of
+    /// incidence i on the surface, its distance d and C = cos(xi theta): the law's own
+    /// return, times Lambert's cosine. For delta = 0 that is rho C cos(i) / d^2. The sum
+    /// is scaled so that an endless wall across the axis at 100 mm has the law's return
+    /// for 100 mm on the axis, and for delta = 0 the law's return at every distance. A
+    /// face of width w at distance D fills the lobe only to atan(w / 2 D) and returns
+    /// less, so that it appears farther by the law: a 50 mm face at 100 mm appears at 149
+    /// mm.
+    ///
     /// Only light in the plane counts, at any height of an object. With one ray per
     /// degree a face's return changes in steps of one ray as its edges pass: 3 % for 50 mm
     /// at 100 mm.

@@ -21,7 +21,9 @@ enum RegisterTransfer {
     Read,
 }
 
-/// The sensor. Periodic measurements run by the part's own clock, independently of the bus.
+/// The sensor.
+///
+/// Periodic measurements run by the part's own clock, independently of the bus.
 /// Results are not latched by default: a measurement that ends between the two halves of a
 /// read gives one half of each. A result is there when its measurement ends; its ready bit
 /// is cleared by reading either half. Beyond the last register, reads give zeros and
@@ -99,6 +101,7 @@ impl Vcnl4020Model {
     }
 
     /// Sets the result of proximity measurements from now on, in counts.
+    ///
     /// On a bus, time must be advanced first: see
     /// [`FakeBus::parts_mut`](crate::bus::FakeBus::parts_mut).
     pub fn set_signal(&mut self, raw: u16) {
