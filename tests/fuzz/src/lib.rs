@@ -8,6 +8,6 @@ pub mod recordings;
 pub mod scenarios;
 pub mod seeds;
 pub mod senses;
-pub mod endpoint;
+pub mod terminal;
 pub mod wire;
 pub mod words;

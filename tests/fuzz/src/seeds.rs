@@ -7,7 +7,7 @@ use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Input};
 
 use crate::framing::piece_of;
-use crate::{endpoint, recordings};
+use crate::{recordings, terminal};
 
 /// The names of the targets.
 pub const TARGETS: [&str; 6] = [
@@ -59,8 +59,8 @@ pub fn of(target: &str) -> Vec<Vec<u8>> {
     match target {
         "wire" => golden_frames(),
         "terminal" => vec![
-            link_of(endpoint::FRAMED),
-            link_of(endpoint::OWN),
+            link_of(terminal::FRAMED),
+            link_of(terminal::OWN),
             raw_link(),
         ],
         "recordings" => recordings_of(),
@@ -165,7 +165,7 @@ fn stream() -> Vec<Vec<u8>> {
 fn raw_link() -> Vec<u8> {
     let mut link = Vec::new();
     for frame in stream() {
-        link.push(endpoint::RAW);
+        link.push(terminal::RAW);
         link.extend(piece_of(&frame));
     }
     link
