@@ -64,6 +64,7 @@ pub enum RigError {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[serde(rename = "Keys")]
 struct RigKeys {
     name: String,
     about: String,

@@ -57,6 +57,7 @@ impl Leg {
 /// The keys of a `[[drive]]` table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[serde(rename = "Keys")]
 struct LegKeys {
     straight_m: Option<Coordinate>,
     turn_deg: Option<Degrees>,

@@ -75,6 +75,7 @@ impl Scenario {
 /// The keys of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[serde(rename = "Keys")]
 struct ScenarioKeys {
     name: String,
     #[serde(default)]
@@ -98,6 +99,7 @@ struct ScenarioKeys {
 
 /// `[x, y, heading_deg]`.
 #[derive(Debug, Deserialize)]
+#[serde(rename = "Start")]
 struct StartPose(Coordinate, Coordinate, Degrees);
 
 /// One to eight angles.
