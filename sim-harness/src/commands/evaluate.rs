@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::slice;
 use std::time::Instant;
 
 use amiro_ipf::filter::Profile;
@@ -16,6 +15,7 @@ use sim_harness::mapping::Method;
 use sim_harness::world::{Odometry, Options, Physics, STANDARD, Scenario, simulate_with, standard};
 use sim_harness::{RunError, check, console, output};
 
+use super::evaluate_recorded::Recorded;
 use super::footprint::FootprintSwitch;
 use super::{Ending, Outcome, arguments, evaluate_report};
 
@@ -88,15 +88,21 @@ pub(super) struct Evaluate {
     /// End with exit code 1 if a claim or a threshold does not hold.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    recorded: Recorded,
 }
 
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> Outcome {
-        if let Some(json) = &self.json {
+        let out = self.json.as_deref();
+        if let Some(outcome) = self.recorded.run(&self.methods, self.particles, out) {
+            return outcome;
+        }
+        if let Some(json) = out {
             arguments::check_file("--json", json)?;
             let scenarios: Vec<_> = self.scenario.iter().map(Path::new).collect();
-            output::check(slice::from_ref(json), &scenarios)?;
+            output::check(&[json.to_owned()], &scenarios)?;
         }
         let begun = Instant::now();
         let comparison = self.comparison()?;
@@ -174,12 +180,6 @@ impl Evaluate {
     }
 
     fn comparison(&self) -> Result<Comparison, Box<dyn Error>> {
-        let mut methods = Vec::new();
-        for method in &self.methods {
-            if !methods.contains(method) {
-                methods.push(*method);
-            }
-        }
         let options = Options {
             physics: self.physics,
             odometry: self.odometry,
@@ -191,7 +191,7 @@ impl Evaluate {
         self.check_configs(&scenarios, self.alpha)?;
         Ok(Comparison {
             scenarios,
-            methods,
+            methods: arguments::distinct(&self.methods),
             seeds: self.seeds.clone(),
             particles_per_sensor: self.particles,
             options,

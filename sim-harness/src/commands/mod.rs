@@ -5,6 +5,7 @@ mod calibrate;
 mod connect;
 mod demo;
 mod evaluate;
+mod evaluate_recorded;
 mod evaluate_report;
 mod exit_code;
 mod figures;

@@ -67,7 +67,7 @@ impl fmt::Display for Standstill {
             f,
             "the odometry does not move: its {} poses lie within {:.1} mm of the first, and the \
              filter steps every {:.0} mm; there is no map to make. Series of stations at which \
-             a robot was put down by hand are judged by the example `recorded_walls`; with --fixed, `replay` steps at 8 Hz though the robot stands",
+             a robot was put down by hand are judged by `evaluate --recordings`; with --fixed, `replay` steps at 8 Hz though the robot stands",
             self.poses,
             1e3 * self.within_m,
             1e3 * self.step_m

@@ -3,3 +3,4 @@
 mod command_line;
 mod console;
 mod options;
+mod recorded_series;
