@@ -39,6 +39,7 @@ impl Scene {
                 options.physics,
                 Generator::seeded(seed),
             )
+            .with_gains(options.gains(seed))
         };
         Self {
             shapes: scenario.shapes.clone(),

@@ -56,10 +56,7 @@ impl WheelModule {
     ) -> Self {
         let errors = match options.odometry {
             Odometry::WheelErrors(errors) => errors,
-            Odometry::Truth | Odometry::Amiro | Odometry::AmiroUndated => WheelErrors {
-                scale_percent: 0.0,
-                heading_deg_per_sqrt_m: 0.0,
-            },
+            Odometry::Truth | Odometry::Amiro | Odometry::AmiroUndated => WheelErrors::NONE,
         };
         let generator = Generator::seeded(seed ^ WHEEL_STREAM);
         Self {
