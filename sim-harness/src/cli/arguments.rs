@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use sim_harness::mapping::Method;
 use sim_harness::output;
 
 /// Most drives, so that a typing error ends at once and not tomorrow.
@@ -38,6 +39,17 @@ pub(super) fn seeds(text: &str) -> Result<Range<u64>, String> {
             u64::MAX
         )),
     }
+}
+
+/// The methods in their order, each once.
+pub(super) fn distinct(methods: &[Method]) -> Vec<Method> {
+    let mut distinct = Vec::new();
+    for method in methods {
+        if !distinct.contains(method) {
+            distinct.push(*method);
+        }
+    }
+    distinct
 }
 
 /// Checks how many drives there are of so many scenarios and these seeds.

@@ -29,7 +29,7 @@ pub(super) struct ComparisonArguments {
         default_value = "paper,plus,ism-standard,ism-tuned,ism-standard-dropped,\
                          ism-standard-object,ism-tuned-dropped,ism-tuned-object,all-free"
     )]
-    methods: Vec<Method>,
+    pub(super) methods: Vec<Method>,
     /// Seeds of noise and filters, the end excluded; 0 to 99 were for tuning.
     #[arg(
         long,
@@ -41,12 +41,12 @@ pub(super) struct ComparisonArguments {
     pub(super) seeds: Range<u64>,
     /// Particles for each sensor in use.
     #[arg(long, value_name = "N", default_value_t = 1000)]
-    particles: u16,
+    pub(super) particles: u16,
     /// Rule of the signal: matched (the strongest return, by the filter's own law) or
     /// patch (the sum of all, by Lambert's law).
     #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
-    /// OdometryModel: truth, wheel-errors, or amiro (as on its bus, compared with exact poses
+    /// Odometry: truth, wheel-errors, or amiro (as on its bus, compared with exact poses
     /// and with no prediction).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
     pub(super) odometry: OdometryModel,
@@ -78,12 +78,6 @@ pub(super) struct ComparisonArguments {
 impl ComparisonArguments {
     /// The comparison, checked as far as it can be before the first drive.
     pub(super) fn comparison(&self) -> Result<MethodComparison, Box<dyn Error>> {
-        let mut methods = Vec::new();
-        for method in &self.methods {
-            if !methods.contains(method) {
-                methods.push(*method);
-            }
-        }
         let options = Options {
             physics: self.physics,
             odometry: self.odometry,
@@ -94,7 +88,7 @@ impl ComparisonArguments {
         arguments::check_drives(scenarios.len(), &self.seeds)?;
         let comparison = MethodComparison {
             scenarios,
-            methods,
+            methods: arguments::distinct(&self.methods),
             seeds: self.seeds.clone(),
             particles_per_sensor: self.particles,
             options,

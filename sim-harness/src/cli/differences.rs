@@ -18,6 +18,9 @@ pub(super) struct Differences {
     /// Reflectivity of everything, times the scenario's.
     #[arg(long, default_value_t = 1.0, value_name = "F")]
     reflectivity: f64,
+    /// Standard deviation of the sensors' gains, relative; constant over the drive.
+    #[arg(long, default_value_t = 0.0, value_name = "S")]
+    gain_spread: f64,
     /// Probability that a sample is missing.
     #[arg(long, default_value_t = 0.0, value_name = "P")]
     dropout: f64,
@@ -27,9 +30,9 @@ pub(super) struct Differences {
     /// Dependence of the world's gain on the signal, m^2; default: the model's.
     #[arg(long, value_name = "M2", allow_hyphen_values = true)]
     delta: Option<f64>,
-    /// OdometryModel: truth, wheel-errors (1 %, 2 degrees per root metre),
-    /// wheel-errors:PERCENT:DEGREES, amiro (as on its bus), or amiro-undated (as amiro,
-    /// each pose taken for current).
+    /// Odometry: truth, wheel-errors (1 %, 2 degrees per root metre),
+    /// wheel-errors:PERCENT:DEGREES[:DRIFT:SLIP] (degrees per metre, percent), amiro (as
+    /// on its bus), or amiro-undated (as amiro, each pose taken for current).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
     odometry: OdometryModel,
 }
@@ -45,6 +48,7 @@ impl Differences {
             noise_factor: self.noise,
             drift: self.drift,
             reflectivity_factor: self.reflectivity,
+            gain_spread: self.gain_spread,
             dropout: self.dropout,
             xi: self.xi,
             delta_m2: self.delta,

@@ -1,7 +1,6 @@
 //! `cargo ipf evaluate`: every method on the same drives, and the claims about them.
 
 use std::path::{Path, PathBuf};
-use std::slice;
 use std::time::Instant;
 
 use clap::Args;
@@ -10,6 +9,7 @@ use sim_harness::world::OdometryModel;
 use sim_harness::{console, output};
 
 use super::comparison_arguments::ComparisonArguments;
+use super::evaluate_recorded::Recorded;
 use super::{CommandResult, ExitStatus, arguments, evaluate_report, evaluate_tables};
 
 /// Least number of seeds that the thresholds are made for.
@@ -26,15 +26,24 @@ pub(super) struct Evaluate {
     /// End with exit code 1 if a claim or a threshold does not hold.
     #[arg(long)]
     check: bool,
+    #[command(flatten)]
+    recorded: Recorded,
 }
 
 impl Evaluate {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
-        if let Some(json) = &self.json {
+        let out = self.json.as_deref();
+        let ComparisonArguments {
+            methods, particles, ..
+        } = &self.compared;
+        if let Some(result) = self.recorded.run(methods, *particles, out) {
+            return result;
+        }
+        if let Some(json) = out {
             arguments::check_file("--json", json)?;
             let scenarios: Vec<_> = self.compared.scenario.iter().map(Path::new).collect();
-            output::check(slice::from_ref(json), &scenarios)?;
+            output::check(&[json.to_owned()], &scenarios)?;
         }
         let begun = Instant::now();
         let comparison = self.compared.comparison()?;

@@ -7,6 +7,7 @@ mod connect;
 mod demo;
 mod differences;
 mod evaluate;
+mod evaluate_recorded;
 mod evaluate_report;
 mod evaluate_tables;
 mod exit_code;

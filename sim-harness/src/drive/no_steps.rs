@@ -134,7 +134,7 @@ impl fmt::Display for NoSteps {
                 f,
                 "the odometry does not move: its {poses} poses lie within {:.1} mm of the first, and the \
                  filter steps every {:.0} mm; there is no map to make. Series of stations at which \
-                 a robot was put down by hand are judged by the example `recorded_walls`; with --fixed, `replay` steps at 8 Hz though the robot stands",
+                 a robot was put down by hand are judged by `evaluate --recordings`; with --fixed, `replay` steps at 8 Hz though the robot stands",
                 1e3 * within_m,
                 1e3 * step_m
             ),

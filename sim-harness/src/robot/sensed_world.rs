@@ -38,6 +38,7 @@ impl SensedWorld {
                 options.physics,
                 Generator::seeded(seed),
             )
+            .with_gains(options.gains(seed))
         };
         Self {
             shapes: scenario.shapes.clone(),

@@ -57,10 +57,7 @@ impl WheelModule {
         let errors = match options.odometry {
             OdometryModel::WheelErrors(errors) => errors,
             OdometryModel::Truth | OdometryModel::Amiro | OdometryModel::AmiroUndated => {
-                WheelErrors {
-                    scale_percent: 0.0,
-                    heading_deg_per_sqrt_m: 0.0,
-                }
+                WheelErrors::NONE
             }
         };
         let generator = Generator::seeded(seed ^ WHEEL_STREAM);

@@ -25,6 +25,7 @@ mod wheel_errors;
 
 pub use crate::geometry::{Rectangle, Turn, Vector};
 pub use amiro_odometry::{FRAME_PERIOD_US, UPDATE_PERIOD_US};
+pub(crate) use bounded::{Bounded, Coordinate, Reflectivity};
 pub use drift::Drift;
 pub use drive::{Drive, SAMPLE_PERIOD_US};
 pub use dropout::Dropout;
@@ -39,6 +40,7 @@ pub use scenario_error::ScenarioError;
 pub use sensing::Sensing;
 pub use sensor_pose::{SensorPose, first_surface};
 pub use shape::Shape;
+pub(crate) use shape::{BoxTable, CylinderTable};
 pub use simulate::{Simulation, simulate, simulate_with};
 pub use standard::{STANDARD, standard, standard_scenarios};
 pub use wheel_errors::{WheelErrors, WheelWalk};

@@ -41,8 +41,14 @@ impl std::fmt::Display for OdometryModel {
                 let WheelErrors {
                     scale_percent,
                     heading_deg_per_sqrt_m,
+                    drift_deg_per_m,
+                    slip_percent,
                 } = errors;
-                write!(f, "wheel-errors:{scale_percent}:{heading_deg_per_sqrt_m}")
+                write!(f, "wheel-errors:{scale_percent}:{heading_deg_per_sqrt_m}")?;
+                if *drift_deg_per_m != 0.0 || *slip_percent != 0.0 {
+                    write!(f, ":{drift_deg_per_m}:{slip_percent}")?;
+                }
+                Ok(())
             }
             Self::Amiro => f.write_str("amiro"),
             Self::AmiroUndated => f.write_str("amiro-undated"),
@@ -54,7 +60,8 @@ impl FromStr for OdometryModel {
     type Err = OptionsError;
 
     /// The words of [`Display`](std::fmt::Display), and `wheel-errors` for the default
-    /// ones.
+    /// ones. Two numbers are the scale and the random walk of the heading, two more the
+    /// drift and the slips.
     fn from_str(text: &str) -> Result<Self, OptionsError> {
         match text {
             "truth" => return Ok(Self::Truth),
@@ -63,20 +70,27 @@ impl FromStr for OdometryModel {
             "amiro-undated" => return Ok(Self::AmiroUndated),
             _ => {}
         }
-        let numbers = text
-            .strip_prefix("wheel-errors:")
-            .and_then(|numbers| numbers.split_once(':'));
-        if let Some((scale, heading)) = numbers
-            && let (Ok(scale_percent), Ok(heading_deg_per_sqrt_m)) =
-                (scale.parse(), heading.parse())
-        {
-            return Ok(Self::WheelErrors(WheelErrors {
-                scale_percent,
-                heading_deg_per_sqrt_m,
-            }));
-        }
-        let what = "truth, wheel-errors, wheel-errors:PERCENT:DEGREES, amiro or amiro-undated";
-        Err(OptionsError::value("odometry", text, what))
+        let numbers = text.strip_prefix("wheel-errors:").map(|numbers| {
+            let numbers = numbers.split(':').map(str::parse::<f64>);
+            numbers.collect::<Result<Vec<_>, _>>()
+        });
+        let (walk, drift) = match numbers.as_ref().map(|numbers| numbers.as_deref()) {
+            Some(Ok([scale, heading])) => ([*scale, *heading], [0.0; 2]),
+            Some(Ok([scale, heading, drift, slip])) => ([*scale, *heading], [*drift, *slip]),
+            _ => {
+                let what = "truth, wheel-errors, wheel-errors:PERCENT:DEGREES, \
+                            wheel-errors:PERCENT:DEGREES:DRIFT:SLIP, amiro or amiro-undated";
+                return Err(OptionsError::value("odometry", text, what));
+            }
+        };
+        let ([scale_percent, heading_deg_per_sqrt_m], [drift_deg_per_m, slip_percent]) =
+            (walk, drift);
+        Ok(Self::WheelErrors(WheelErrors {
+            scale_percent,
+            heading_deg_per_sqrt_m,
+            drift_deg_per_m,
+            slip_percent,
+        }))
     }
 }
 
@@ -139,10 +153,17 @@ mod tests {
         let errors = WheelErrors {
             scale_percent: 0.1 + 0.2,
             heading_deg_per_sqrt_m: 6.0,
+            ..WheelErrors::NONE
+        };
+        let systematic = WheelErrors {
+            drift_deg_per_m: -2.0,
+            slip_percent: 0.5,
+            ..errors
         };
         for odometry in [
             OdometryModel::Truth,
             OdometryModel::WheelErrors(errors),
+            OdometryModel::WheelErrors(systematic),
             OdometryModel::Amiro,
             OdometryModel::AmiroUndated,
         ] {
@@ -150,7 +171,17 @@ mod tests {
         }
         let default = OdometryModel::WheelErrors(WheelErrors::default());
         assert_eq!("wheel-errors".parse(), Ok(default));
-        for wrong in ["", "Amiro", "wheel-errors:1", "wheel-errors:1:x", "amiro:1"] {
+        assert_eq!("wheel-errors:1:2:0:0".parse(), Ok(default));
+        assert_eq!(default.to_string(), "wheel-errors:1:2");
+        for wrong in [
+            "",
+            "Amiro",
+            "wheel-errors:1",
+            "wheel-errors:1:x",
+            "wheel-errors:1:2:3",
+            "wheel-errors:1:2:3:4:5",
+            "amiro:1",
+        ] {
             let error = wrong.parse::<OdometryModel>().unwrap_err().to_string();
             assert!(error.starts_with("odometry: `"), "{error}");
         }

@@ -19,6 +19,8 @@ impl Display for Options {
             (self.drift != default.drift).then(|| format!("drift={}", self.drift)),
             (!is(self.reflectivity_factor, default.reflectivity_factor))
                 .then(|| format!("reflectivity={}", self.reflectivity_factor)),
+            (!is(self.gain_spread, default.gain_spread))
+                .then(|| format!("gain-spread={}", self.gain_spread)),
             (!is(self.dropout, default.dropout)).then(|| format!("dropout={}", self.dropout)),
             self.xi.map(|xi| format!("xi={xi}")),
             self.delta_m2.map(|delta_m2| format!("delta={delta_m2}")),
@@ -51,6 +53,7 @@ impl Options {
             "noise" => self.noise_factor = number("noise", value)?,
             "drift" => self.drift = value.parse()?,
             "reflectivity" => self.reflectivity_factor = number("reflectivity", value)?,
+            "gain-spread" => self.gain_spread = number("gain-spread", value)?,
             "dropout" => self.dropout = number("dropout", value)?,
             "xi" => self.xi = Some(number("xi", value)?),
             "delta" => self.delta_m2 = Some(number("delta", value)?),
@@ -100,6 +103,7 @@ mod tests {
             noise_factor: 0.1 + 0.2,
             drift: "0..-10".parse().unwrap(),
             reflectivity_factor: 0.7,
+            gain_spread: 0.12,
             dropout: 1e-3,
             xi: Some(1.0),
             delta_m2: Some(-250e-6),
@@ -110,7 +114,7 @@ mod tests {
     #[test]
     fn words_give_the_options_back() {
         let words = "physics=patch noise=0.30000000000000004 drift=0..-10 reflectivity=0.7 \
-                     dropout=0.001 xi=1 delta=-0.00025 odometry=wheel-errors:1:2";
+                     gain-spread=0.12 dropout=0.001 xi=1 delta=-0.00025 odometry=wheel-errors:1:2";
         assert_eq!(all().to_string(), words);
         assert_eq!(words.parse(), Ok(all()));
         assert_eq!(Options::default().to_string(), "");
@@ -140,6 +144,7 @@ mod tests {
             ("noise=NaN", "noise: NaN is outside 0 to 100"),
             ("drift=1..", "drift: `1..` is not counts"),
             ("drift=1..inf", "drift: inf is outside"),
+            ("gain-spread=1", "gain-spread: 1 is outside 0 to 0.5"),
             ("dropout=2", "dropout: 2 is outside 0 to 1"),
         ];
         for (words, expected) in cases {

@@ -24,6 +24,8 @@ pub struct Sensing {
     ring: Ring,
     used: SensorMask,
     photometry: Photometry,
+    /// Gain of each sensor relative to the law's.
+    gains: [f64; SENSORS],
     optics: Optics,
     noise: Generator,
 }
@@ -42,6 +44,7 @@ impl Sensing {
             ring,
             used,
             photometry,
+            gains: [1.0; SENSORS],
             optics: Optics::new(physics, &photometry),
             noise,
         }
@@ -58,6 +61,13 @@ impl Sensing {
             options.physics,
             Generator::seeded(seed ^ NOISE_STREAM),
         )
+        .with_gains(options.gains(seed))
+    }
+
+    /// The same sensors with gains of their own, relative to the law's.
+    #[must_use]
+    pub fn with_gains(self, gains: [f64; SENSORS]) -> Self {
+        Self { gains, ..self }
     }
 
     /// Replaces the generator of the noise.
@@ -122,11 +132,12 @@ impl Sensing {
         let mut counts = [None; SENSORS];
         for sensor_pose in SensorPose::of(&self.ring, self.used, pose) {
             let signal = self.optics.signal(&near, &sensor_pose);
-            if let (Some(counts), Some(noise)) = (
+            if let (Some(counts), Some(gain), Some(noise)) = (
                 counts.get_mut(sensor_pose.sensor),
+                self.gains.get(sensor_pose.sensor),
                 noise.get(sensor_pose.sensor),
             ) {
-                let above_beta = signal + noise + drift_counts;
+                let above_beta = gain * signal + noise + drift_counts;
                 let raw = OFFSET + f64::from(self.photometry.beta_counts) + above_beta;
                 *counts = Some(raw.round() - OFFSET);
             }
@@ -207,6 +218,22 @@ mod tests {
         let with = |share| counts(&format!("{WALL}reflectivity = {share}\n"));
         assert_eq!(with(2.0), Sample::Counts(172));
         assert_eq!(with(0.5), Sample::Counts(31));
+    }
+
+    #[test]
+    fn signal_is_proportional_to_a_sensor_s_gain_and_noise_and_offset_are_not() {
+        // 0.5 x 94.27 - 16.25 = 30.9.
+        let mut gains = [1.0; SENSORS];
+        gains[0] = 0.5;
+        let mut dim = sensing(0.0, 1).with_gains(gains);
+        let read = |sensing: &mut Sensing, tables| {
+            sensing.sample(&shapes(tables), &Pose::default(), 0.0)[0]
+        };
+        assert_eq!(read(&mut dim, WALL), Sample::Counts(31));
+        assert_eq!(read(&mut dim, ""), Sample::Counts(-16));
+        let mut noisy = sensing(4.57, 1);
+        let mut noisy_and_dim = noisy.clone().with_gains(gains);
+        assert_eq!(read(&mut noisy, ""), read(&mut noisy_and_dim, ""));
     }
 
     #[test]

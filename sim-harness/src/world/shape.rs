@@ -22,6 +22,21 @@ enum Form {
 }
 
 impl Shape {
+    /// The box behind a face with the given ends, as deep as `depth` is long, which is
+    /// perpendicular to the face.
+    #[must_use]
+    pub(crate) fn behind(from: Vector, to: Vector, depth: Vector, reflectivity: f64) -> Self {
+        let way = to - from;
+        Self {
+            form: Form::Box {
+                half: Vector::new(0.5 * way.norm(), 0.5 * depth.norm()),
+                turn: Turn::by_radians_f64(libm::atan2(way.y, way.x)),
+            },
+            centre: (from + to + depth).scaled(0.5),
+            reflectivity,
+        }
+    }
+
     /// Signal relative to that of the calibrated surface at the same place.
     #[must_use]
     pub fn reflectivity(&self) -> f64 {
@@ -190,7 +205,7 @@ struct BoxKeys {
 /// A box as a file describes it.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(try_from = "BoxKeys")]
-pub(super) struct BoxTable(pub(super) Shape);
+pub(crate) struct BoxTable(pub(crate) Shape);
 
 impl TryFrom<BoxKeys> for BoxTable {
     type Error = String;
@@ -227,7 +242,7 @@ pub(super) fn corners(
 /// A cylinder as a file describes it.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CylinderTable {
+pub(crate) struct CylinderTable {
     center: [Coordinate; 2],
     radius_m: Radius,
     reflectivity: Option<Reflectivity>,
@@ -260,6 +275,21 @@ mod tests {
         match toml::from_str(table).unwrap() {
             Table::Box(table) => table.0,
             Table::Cylinder(table) => table.into(),
+        }
+    }
+
+    #[test]
+    fn a_box_behind_a_face_is_the_box_with_those_corners() {
+        let (from, to) = (Vector::new(1.0, 0.5), Vector::new(2.0, 0.5));
+        let boxed = shape("box = { min = [1.0, 0.5], max = [2.0, 0.75] }");
+        let depth = Vector::new(0.0, 0.25);
+        assert_eq!(Shape::behind(from, to, depth, 1.0), boxed);
+        // With the ends swapped it is turned about.
+        let turned = Shape::behind(to, from, depth, 1.0);
+        for place in [(0.0, 0.0), (1.5, 0.6), (3.0, 1.0), (1.5, 0.8)] {
+            let place = Vector::new(place.0, place.1);
+            let difference = turned.distance_m(place) - boxed.distance_m(place);
+            assert!(difference.abs() < 1e-6, "{place:?}: {difference}");
         }
     }
 

@@ -915,7 +915,7 @@ fn a_series_whose_odometry_does_not_move_is_refused_with_the_command_for_it() {
     assert_eq!(output.status.code(), Some(2), "{shown}");
     for words in [
         "series.txt: the odometry does not move: its 17 poses lie within 0.5 mm",
-        "recorded_walls",
+        "evaluate --recordings",
         "--fixed",
     ] {
         assert!(shown.contains(words), "{words}: {shown}");

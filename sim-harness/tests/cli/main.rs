@@ -5,3 +5,4 @@ mod console;
 mod map;
 mod no_steps;
 mod options;
+mod recorded_series;

@@ -205,6 +205,14 @@ fn a_value_outside_its_range_is_refused_before_any_work() {
             "--reflectivity: 0 is outside",
         ),
         (
+            "simulate SSSO --out y --gain-spread 0.6",
+            "--gain-spread: 0.6 is outside 0 to 0.5",
+        ),
+        (
+            "simulate SSSO --out y --odometry wheel-errors:1:2:99:0",
+            "--odometry: 99 is outside -45 to 45",
+        ),
+        (
             "simulate SSSO --out y --xi 2",
             "--xi: 2 is outside 0.5 to 1.45",
         ),

@@ -8,7 +8,9 @@ use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Input};
 use sim_harness::log::{RecordingWriter, read_from};
 use sim_harness::run;
-use sim_harness::world::{Drive, OdometryModel, Options, Scenario, Simulation, simulate_with};
+use sim_harness::world::{
+    Drive, OdometryModel, Options, Scenario, Simulation, Vector, simulate_with,
+};
 
 const MSOD: &str = include_str!("../../../scenarios/msod.toml");
 const MSM_T: &str = include_str!("../../../scenarios/msm_t.toml");
@@ -68,6 +70,8 @@ fn every_kind_of_world_is_the_same_on_every_machine() {
         ("odometry=wheel-errors", 0xe371_3cf4),
         ("odometry=amiro", 0x2639_467b),
         (ALL, 0x1000_4a76),
+        ("physics=patch gain-spread=0.12", 0x57b5_757e),
+        ("odometry=wheel-errors:1:2:-2:1", 0xf7cd_59b1),
     ] {
         let simulation = simulated(words, 1);
         assert_eq!(simulation, simulated(words, 1), "{words}");
@@ -79,7 +83,8 @@ fn every_kind_of_world_is_the_same_on_every_machine() {
 
 #[test]
 fn a_recording_can_be_made_again_from_its_truth_alone() {
-    for (words, seed) in [("", 3), (ALL, 4), ("odometry=amiro", 5)] {
+    let new = "gain-spread=0.12 odometry=wheel-errors:1:2:-2:1";
+    for (words, seed) in [("", 3), (ALL, 4), ("odometry=amiro", 5), (new, 6)] {
         let options: Options = words.parse().unwrap();
         let made = simulate_with(&msod(), seed, &options);
         let mut writer = RecordingWriter::new(Vec::new()).unwrap();
@@ -101,6 +106,34 @@ fn a_recording_can_be_made_again_from_its_truth_alone() {
         assert_eq!(again, made, "{words}");
         assert_eq!(again.inputs, recording.inputs, "{words}");
     }
+}
+
+#[test]
+fn random_worlds_can_be_driven_near_their_blocks() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/random");
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut count = 0;
+    for entry in entries {
+        let path = entry.unwrap().path();
+        // Reading checks that the hull enters no block.
+        let scenario = Scenario::load(&path).unwrap();
+        assert_eq!(path.file_stem().unwrap(), scenario.name.as_str());
+        let name = &scenario.name;
+        let (blocks, way_m) = (scenario.shapes.len(), 0.08 * scenario.duration_s());
+        assert!((8..=10).contains(&blocks), "{name}: {blocks} blocks");
+        assert!((0.9..1.2).contains(&way_m), "{name}: {way_m} m");
+        let poses: Vec<_> = Drive::of(&scenario).samples().collect();
+        for block in &scenario.shapes {
+            assert!((block.outline_m() - 0.5).abs() < 1e-9, "{name}");
+            let places = poses.iter().map(|(_, pose)| Vector::from(pose.position));
+            let nearest_m = places.fold(f64::INFINITY, |nearest, place| {
+                nearest.min(block.distance_m(place))
+            });
+            assert!((0.075..=0.14).contains(&nearest_m), "{name}: {nearest_m}");
+        }
+        count += 1;
+    }
+    assert_eq!(count, 10);
 }
 
 #[test]

@@ -13,7 +13,7 @@ mod mutation;
 mod acquisition;
 #[path = "../../../tests/fuzz/src/terminal.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
-mod endpoint;
+mod terminal;
 #[path = "../../../tests/fuzz/src/framing.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod framing;
@@ -100,7 +100,7 @@ fn f66_any_bytes_through_the_decoder_are_refused_or_read_in_one_way() {
 
 #[test]
 fn f66_a_board_survives_any_stream_and_steps_afterwards() {
-    run_all("terminal", endpoint::check, 3_000);
+    run_all("terminal", terminal::check, 3_000);
 }
 
 #[test]

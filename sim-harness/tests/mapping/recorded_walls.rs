@@ -2,16 +2,35 @@
 //!
 //! The recordings are not part of the project; without them this test says so and passes.
 
-use sim_harness::evaluation::recorded::recorded_walls;
+use std::path::Path;
+
+use sim_harness::evaluation::recorded::{
+    RecordedReport, RecordedSeries, RecordedSettings, SERIES_FILE,
+};
+use sim_harness::mapping::Method;
 
 use crate::common;
+
+/// The report by the folder's own description, or by the example.
+fn judged(folder: &Path) -> RecordedReport {
+    let own = folder.join(SERIES_FILE);
+    let example = common::root().join("scenarios/recorded_series.toml");
+    let description = if own.is_file() { own } else { example };
+    let settings = RecordedSettings {
+        methods: vec![Method::PAPER, Method::PLUS, Method::ISM_TUNED],
+        particles_per_sensor: 1000,
+    };
+    let series = RecordedSeries::load(folder, &description).unwrap();
+    assert_eq!(series.files().len(), 7);
+    series.judge(&settings).unwrap()
+}
 
 #[test]
 fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() {
     let Some(folder) = common::recordings() else {
         return common::skip("no recordings");
     };
-    let report = recorded_walls(&folder.join("amiro")).unwrap();
+    let report = judged(&folder.join("amiro"));
     assert_eq!(report.sources.len(), 6, "{report}");
     // By three methods: recorded, and simulated under either physics.
     assert_eq!(report.walls.len(), 6 * 3 * 3, "{report}");
@@ -19,11 +38,31 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.
         assert_eq!(walls.steps as usize, walls.stations, "{report}");
-        assert!((0.0..=1.0).contains(&walls.recall), "{report}");
+        assert!((0.0..=1.0).contains(&walls.recall_15), "{report}");
+        assert!(
+            (walls.recall_15..=1.0).contains(&walls.recall_20),
+            "{report}"
+        );
         assert!(walls.beside <= walls.occupied, "{report}");
         assert!(walls.false_cells <= walls.occupied, "{report}");
         assert_eq!(walls.mean_m.is_some(), walls.beside > 0, "{report}");
     }
+    // The figures of docs/evaluation.md.
+    assert!((report.alpha_counts_m2 - 1.863).abs() < 5e-4, "{report}");
+    let recorded = report.walls.iter().filter(|walls| walls.is_recorded());
+    let tuned = recorded.filter(|walls| walls.method == Method::ISM_TUNED.name);
+    let found: Vec<_> = tuned
+        .map(|walls| (walls.recall_15, walls.false_cells))
+        .collect();
+    let expected = [
+        (0.8, 47),
+        (0.625, 43),
+        (0.35, 6),
+        (0.7375, 37),
+        (0.8, 34),
+        (0.275, 1),
+    ];
+    assert_eq!(found, expected, "{report}");
     assert_eq!(report.physics.len(), 3, "{report}");
     for physics in &report.physics {
         assert_eq!(
@@ -39,6 +78,6 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
         );
         assert!(physics.alpha_counts_m2 > 0.0, "{report}");
     }
-    let again = recorded_walls(&folder.join("amiro")).unwrap();
+    let again = judged(&folder.join("amiro"));
     assert_eq!(report, again);
 }

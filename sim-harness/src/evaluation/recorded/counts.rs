@@ -4,16 +4,13 @@ use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 use amiro_ipf::random::Generator;
 use serde::Serialize;
 
-use super::RecordedError;
-use super::series::{Face, SIDES, Series, Station};
+use super::error::NoAlpha;
+use super::series::{Series, Station};
 use crate::calibration::{Fixed, Parameter, Table, fit};
-use crate::world::{Physics, Sensing, SensorPose, Turn, Vector, first_surface};
+use crate::world::{Physics, Sensing, SensorPose, Turn, first_surface};
 
 /// Least counts for a meaningful ratio: four times the sensors' noise.
 const LEAST_COUNTS: f64 = 20.0;
-/// How far the box must reach beyond both of a sensor's edges for its face to be
-/// abeam, metres: the widest ray that returns much then ends on it.
-const ABEAM_M: f64 = 0.05;
 /// A gain for comparing shapes, counts m^2: much, so that whole counts do not matter.
 const TRIAL_GAIN: f32 = 10.0;
 /// Seed of the simulated readings' noise.
@@ -120,7 +117,7 @@ fn expected<'s>(
         ..*photometry
     };
     let noise = Generator::seeded(0);
-    let mut sensing = Sensing::new(Ring::AMIRO, SIDES, silent, physics, noise);
+    let mut sensing = Sensing::new(Ring::AMIRO, series.used, silent, physics, noise);
     series.stations.iter().map(move |station| {
         let samples = sensing.sample(&series.shapes, &station.pose, 0.0);
         (station, samples)
@@ -131,7 +128,7 @@ fn expected<'s>(
 /// recorder did.
 pub(super) fn simulated(series: &Series, law: &Photometry, physics: Physics) -> Series {
     let noise = Generator::seeded(NOISE_SEED);
-    let mut sensing = Sensing::new(Ring::AMIRO, SIDES, *law, physics, noise);
+    let mut sensing = Sensing::new(Ring::AMIRO, series.used, *law, physics, noise);
     let mut simulated = series.clone();
     simulated.readings = match physics {
         Physics::Matched => "matched",
@@ -147,38 +144,30 @@ pub(super) fn simulated(series: &Series, law: &Photometry, physics: Physics) -> 
     simulated
 }
 
-/// A reading with the box's face abeam: which sensor, from where.
-fn abeam(series: &Series) -> impl Iterator<Item = (&Station, SensorPose)> {
-    series.stations.iter().flat_map(|station| {
-        SensorPose::of(&Ring::AMIRO, SIDES, &station.pose)
-            .filter(|sensor_pose| series.faces.iter().any(|face| is_abeam(face, sensor_pose)))
-            .map(move |sensor_pose| (station, sensor_pose))
-    })
+/// The sensors of a station that have a wall's face abeam.
+fn abeam(series: &Series, station: &Station) -> impl Iterator<Item = SensorPose> {
+    SensorPose::of(&Ring::AMIRO, series.used, &station.pose)
+        .filter(|sensor_pose| series.faces.iter().any(|face| face.is_abeam(sensor_pose)))
 }
 
-/// Whether a sensor looks at a face, within 45 degrees of its normal, from between its ends.
-fn is_abeam(face: &Face, sensor_pose: &SensorPose) -> bool {
-    let outward = Vector::new(0.0, 1.0_f64.copysign(face.near.y));
-    let between = face.near.x + ABEAM_M..=face.far.x - ABEAM_M;
-    sensor_pose.axis.direction().dot(outward) > 0.7 && between.contains(&sensor_pose.position.x)
+/// Counts of one of a station's sensors.
+fn reading(samples: &[Sample; SENSORS], sensor_pose: &SensorPose) -> Option<f64> {
+    samples.get(sensor_pose.sensor).copied().and_then(number)
 }
 
 /// Alpha for which the law explains the readings abeam, everything else held: a row a
 /// reading, range and bearing those of the strongest return, where the reading's arc
 /// touches the face.
-pub(super) fn matched_alpha(series: &Series, law: &Photometry) -> Result<f64, RecordedError> {
+pub(super) fn matched_alpha(series: &Series, law: &Photometry) -> Result<f64, NoAlpha> {
     let mut text = "range_m,angle_rad,counts\n".to_owned();
-    for (station, sensor_pose) in abeam(series) {
-        let sample = station
-            .samples
-            .get(sensor_pose.sensor)
-            .copied()
-            .and_then(number);
-        let (Some(counts), Some((range, bearing))) = (sample, strongest(series, law, &sensor_pose))
-        else {
-            continue;
-        };
-        text += &format!("{range},{bearing},{counts}\n");
+    for station in &series.stations {
+        for sensor_pose in abeam(series, station) {
+            let counts = reading(&station.samples, &sensor_pose);
+            let strongest = strongest(series, law, &sensor_pose);
+            if let (Some(counts), Some((range, bearing))) = (counts, strongest) {
+                text += &format!("{range},{bearing},{counts}\n");
+            }
+        }
     }
     let held = [Parameter::Beta, Parameter::Xi, Parameter::Delta];
     let fixed = held.into_iter().try_fold(Fixed::default(), |fixed, held| {
@@ -215,21 +204,15 @@ pub(super) fn alpha_under(series: &Series, law: &Photometry, physics: Physics) -
     };
     let beta = f64::from(law.beta_counts);
     let (mut both, mut squares) = (0.0, 0.0);
-    let all: Vec<_> = expected(series, &trial, physics).collect();
-    for (station, sensor_pose) in abeam(series) {
-        let sample = station
-            .samples
-            .get(sensor_pose.sensor)
-            .copied()
-            .and_then(number);
-        let shaped = all
-            .iter()
-            .find(|(other, _)| std::ptr::eq(*other, station))
-            .and_then(|(_, samples)| samples.get(sensor_pose.sensor).copied().and_then(number));
-        if let (Some(counts), Some(shaped)) = (sample, shaped) {
-            let share = (shaped - beta) / f64::from(TRIAL_GAIN);
-            both += share * (counts - beta);
-            squares += share * share;
+    for (station, expected) in expected(series, &trial, physics) {
+        for sensor_pose in abeam(series, station) {
+            let counts = reading(&station.samples, &sensor_pose);
+            let shaped = reading(&expected, &sensor_pose);
+            if let (Some(counts), Some(shaped)) = (counts, shaped) {
+                let share = (shaped - beta) / f64::from(TRIAL_GAIN);
+                both += share * (counts - beta);
+                squares += share * share;
+            }
         }
     }
     (squares > 0.0).then(|| both / squares)

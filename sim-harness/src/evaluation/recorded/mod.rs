@@ -1,86 +1,52 @@
 //! The real robot beside walls whose place is known: maps, and the simulator's own error.
 //!
-//! Six series that the AMiRo's group recorded with the robot put down every 50 mm
-//! along a box (`follow_wall*`, `Data_*`). Alpha is calibrated on `follow_wall40`, the
-//! other parameters are the default's; then each series is mapped with the same law by
-//! both profiles and the inverse sensor model, and simulated under both physics.
+//! The robot was put down by hand at stations of equal distance beside walls that were
+//! measured; a TOML file beside the recordings describes stations and walls. Alpha is
+//! calibrated on one of the series, the other parameters are the default's; then each
+//! series is mapped with the same law by each method, and simulated under both physics.
 //!
-//! **Steps.** A station is 50 mm from the one before, five times the filter's step of 10
-//! mm. The step rule makes at most one step a reading and loses the whole steps inside a
-//! longer piece: every station is one step. A place beside the robot is then in view for a
-//! fifth of the steps that a drive gives it, and few particles survive the four or five
-//! that the gate asks for. The scores of the filter's profiles show the effect of that, not
-//! the quality of a drive's map; the maps of the same stations in a simulation separate the
-//! effect of the spacing from that of the readings.
-//!
-//! Sensors 3 and 4 see the guide robot at all stations and are left out throughout.
+//! **Steps.** The stations of the series of 2015 are 50 mm apart, five times the filter's
+//! step of 10 mm. The step rule makes at most one step per reading and loses the whole
+//! steps inside a longer piece: every station is one step. A place beside the robot is then in
+//! view for a fifth of the steps that a drive gives it, and few particles survive the
+//! four or five that the gate asks for. The scores of the filter's profiles show the
+//! effect of that, not the quality of a drive's map; the maps of the same stations in a
+//! simulation separate the effect of the spacing from that of the readings.
 
 mod counts;
+mod error;
+mod face;
+mod records;
 mod report;
 mod series;
+mod series_file;
 mod walls;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
 use self::counts::{CountComparison, alpha_under, matched_alpha, simulated};
 use self::series::Series;
-use crate::RunError;
-use crate::calibration::{FitError, FixedError, TableError};
-use crate::log::LogError;
-use crate::world::{Physics, ScenarioError};
+use self::series_file::SeriesFile;
+use crate::mapping::Method;
+use crate::world::Physics;
 
 pub use counts::SensorError;
+pub use error::{KeyPlace, RecordedError};
 pub use walls::SeriesWalls;
 
-/// The series that alpha is calibrated on.
-const CALIBRATED_ON: &str = "follow_wall40";
+/// Name of the file that describes the series of a folder.
+pub const SERIES_FILE: &str = "series.toml";
 
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordedError {
-    /// A recording cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// A recording lacks stations: those behind a gap would be in the wrong place.
-    #[error("{series}: {rows} rows, {refused} refused")]
-    Incomplete {
-        /// Which.
-        series: &'static str,
-        /// Rows that are there.
-        rows: usize,
-        /// Rows that were refused.
-        refused: u64,
-    },
-    /// The known world is no scenario.
-    #[error(transparent)]
-    World(#[from] ScenarioError),
-    /// Too little to calibrate with.
-    #[error("{CALIBRATED_ON}: {0}")]
-    Calibration(String),
-    /// The filter refused its configuration.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
-impl From<TableError> for RecordedError {
-    fn from(error: TableError) -> Self {
-        Self::Calibration(error.to_string())
-    }
-}
-
-impl From<FixedError> for RecordedError {
-    fn from(error: FixedError) -> Self {
-        Self::Calibration(error.to_string())
-    }
-}
-
-impl From<FitError> for RecordedError {
-    fn from(error: FitError) -> Self {
-        Self::Calibration(error.to_string())
-    }
+/// What recorded series are mapped with.
+#[derive(Clone, Debug)]
+pub struct RecordedSettings {
+    /// The methods that are compared, in the order of the report.
+    pub methods: Vec<Method>,
+    /// Particles for each sensor in use.
+    pub particles_per_sensor: u16,
 }
 
 /// How well a physics explains the recorded counts.
@@ -95,7 +61,7 @@ pub struct PhysicsError {
     /// Sensor by sensor, over all series.
     pub sensors: Vec<SensorError>,
     /// All sensors together, series by series.
-    pub series: Vec<(&'static str, SensorError)>,
+    pub series: Vec<(String, SensorError)>,
     /// All sensors and series together.
     pub together: SensorError,
 }
@@ -103,10 +69,12 @@ pub struct PhysicsError {
 /// The results of the real robot's readings beside known walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedReport {
-    /// Gain calibrated on `follow_wall40` with the filter's own law, counts m^2.
+    /// Gain calibrated on one of the series with the filter's own law, counts m^2.
     pub alpha_counts_m2: f64,
+    /// The series that it is calibrated on.
+    pub alpha_from: String,
     /// The series, and where its stations and walls are known from.
-    pub sources: Vec<(&'static str, &'static str)>,
+    pub sources: Vec<(String, String)>,
     /// Maps against walls: series by series, method by method.
     pub walls: Vec<SeriesWalls>,
     /// The simulator against the recordings: `matched` and `patch` with the calibrated
@@ -114,43 +82,78 @@ pub struct RecordedReport {
     pub physics: Vec<PhysicsError>,
 }
 
-/// Maps and simulates the stepped series of a folder.
-///
-/// The folder is that of the text files themselves. Everything in the report is
-/// repeatable to the digit.
-///
-/// # Errors
-/// A series is missing or lacks rows. There is no report of some of them: the figures
-/// are compared over all.
-pub fn recorded_walls(folder: &Path) -> Result<RecordedReport, RecordedError> {
-    let all = Series::load_all(folder)?;
-    let default = Photometry::VCNL4020;
-    let calibrated = all.iter().find(|series| series.name == CALIBRATED_ON);
-    let Some(calibrated) = calibrated else {
-        return Err(RecordedError::Calibration("no such series".to_owned()));
-    };
-    let alpha = matched_alpha(calibrated, &default)?;
-    let law = with_alpha(&default, alpha);
-    let mut walls = Vec::new();
-    let both = [Physics::Matched, Physics::Patch];
-    for series in &all {
-        walls.extend(SeriesWalls::of(series, &law)?);
-        for physics in both {
-            walls.extend(SeriesWalls::of(&simulated(series, &law, physics), &law)?);
-        }
+/// Described series with their recordings.
+#[derive(Clone, Debug)]
+pub struct RecordedSeries {
+    all: Vec<Series>,
+    /// Index of the series that alpha is calibrated on.
+    alpha_from: usize,
+    /// The files that were read.
+    files: Vec<PathBuf>,
+}
+
+impl RecordedSeries {
+    /// Reads the recordings of a folder that a file describes.
+    ///
+    /// # Errors
+    /// The description is refused, a recording is missing or lacks rows. There is no
+    /// report of some of them: the figures are compared over all.
+    pub fn load(folder: &Path, description: &Path) -> Result<Self, RecordedError> {
+        let file = SeriesFile::load(description, folder)?;
+        let all: Result<_, _> = file.settings.iter().map(Series::load).collect();
+        let recordings = file.settings.iter().map(|setting| setting.path.clone());
+        Ok(Self {
+            all: all?,
+            alpha_from: file.alpha_from,
+            files: recordings.chain([description.to_owned()]).collect(),
+        })
     }
-    let same = both.map(|physics| PhysicsError::of(&all, &default, physics, alpha, false));
-    let own = alpha_under(calibrated, &default, Physics::Patch)
-        .map(|alpha| PhysicsError::of(&all, &default, Physics::Patch, alpha, true));
-    Ok(RecordedReport {
-        alpha_counts_m2: alpha,
-        sources: all
-            .iter()
-            .map(|series| (series.name, series.about))
-            .collect(),
-        walls,
-        physics: same.into_iter().chain(own).collect(),
-    })
+
+    /// The files that were read: the recordings and their description.
+    #[must_use]
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// Maps and simulates the series.
+    ///
+    /// Everything in the report is repeatable to the digit.
+    ///
+    /// # Errors
+    /// [`RecordedError::Calibration`] and [`RecordedError::Run`].
+    pub fn judge(&self, settings: &RecordedSettings) -> Result<RecordedReport, RecordedError> {
+        let all = &self.all;
+        let default = Photometry::VCNL4020;
+        let calibrated = &all[self.alpha_from];
+        let alpha =
+            matched_alpha(calibrated, &default).map_err(|error| RecordedError::Calibration {
+                series: calibrated.name.clone(),
+                what: error.to_string(),
+            })?;
+        let law = with_alpha(&default, alpha);
+        let mut walls = Vec::new();
+        let both = [Physics::Matched, Physics::Patch];
+        for series in all {
+            walls.extend(SeriesWalls::of(series, &law, settings)?);
+            for physics in both {
+                let simulated = simulated(series, &law, physics);
+                walls.extend(SeriesWalls::of(&simulated, &law, settings)?);
+            }
+        }
+        let same = both.map(|physics| PhysicsError::of(all, &default, physics, alpha, false));
+        let own = alpha_under(calibrated, &default, Physics::Patch)
+            .map(|alpha| PhysicsError::of(all, &default, Physics::Patch, alpha, true));
+        Ok(RecordedReport {
+            alpha_counts_m2: alpha,
+            alpha_from: calibrated.name.clone(),
+            sources: all
+                .iter()
+                .map(|series| (series.name.clone(), series.truth.clone()))
+                .collect(),
+            walls,
+            physics: same.into_iter().chain(own).collect(),
+        })
+    }
 }
 
 fn with_alpha(law: &Photometry, alpha: f64) -> Photometry {
@@ -172,7 +175,7 @@ impl PhysicsError {
         let comparison = CountComparison::of(all, &law, physics);
         let alone = |series: &Series| {
             let alone = CountComparison::of(std::slice::from_ref(series), &law, physics);
-            (series.name, alone.together())
+            (series.name.clone(), alone.together())
         };
         Self {
             physics: physics.to_string(),

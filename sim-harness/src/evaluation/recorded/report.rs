@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{CALIBRATED_ON, PhysicsError, RecordedReport, SensorError};
+use super::{PhysicsError, RecordedReport, SensorError};
 
 /// Millimetres, or a dash.
 fn millimetres(metres: Option<f64>) -> String {
@@ -57,20 +57,21 @@ impl fmt::Display for RecordedReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "alpha {:.3} counts m^2, from {CALIBRATED_ON} with the face abeam; one step a station",
-            self.alpha_counts_m2
+            "alpha {:.3} counts m^2, from {} with the face abeam; at most one step per station",
+            self.alpha_counts_m2, self.alpha_from
         )?;
         for (name, about) in &self.sources {
             writeln!(f, "  {name:<14} {about}")?;
         }
         writeln!(
             f,
-            "series         readings  method  steps  occupied  beside  mean mm   RMS mm  recall  false"
+            "series         readings  method                 steps  occupied  beside  mean mm   RMS mm  \
+             recall  within 20 mm  false"
         )?;
         for walls in &self.walls {
             writeln!(
                 f,
-                "{:<14} {:<9} {:<6} {:6} {:9} {:7} {:>8} {:>8} {:7.2} {:6}",
+                "{:<14} {:<9} {:<21} {:6} {:9} {:7} {:>8} {:>8} {:7.2} {:13.2} {:6}",
                 walls.series,
                 walls.readings,
                 walls.method,
@@ -79,7 +80,8 @@ impl fmt::Display for RecordedReport {
                 walls.beside,
                 millimetres(walls.mean_m),
                 millimetres(walls.rms_m),
-                walls.recall,
+                walls.recall_15,
+                walls.recall_20,
                 walls.false_cells,
             )?;
         }

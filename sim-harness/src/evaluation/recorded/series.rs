@@ -1,99 +1,28 @@
-//! The stepped series: which file, which world, which stations.
+//! A stepped series: its stations, and the world that it was recorded in.
 //!
-//! The robot was put down by hand every 50 mm along a straight line. Its own odometry
-//! saw nothing of that, it stays within some millimetres of 0 in all six files, and is
-//! not used: station i is at the ruler's mark, x = 0.15 + 0.05 i metres, y = 0, looking
-//! along x. The headings in the files wander by up to 30 mrad without being put down
-//! differently, and are not used either.
-
-use std::path::Path;
+//! The robot is put down by hand at stations of equal distance along a straight line. Its
+//! own odometry sees nothing of that and is not used, nor is its heading: row i of the
+//! recording is the station at x = `first_station_m` + i `station_step_m`, y = 0, and
+//! the robot looks along x.
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::model::{SENSORS, Sample, SensorMask};
 use amiro_ipf::node::Input;
 
-use super::RecordedError;
+use super::error::RecordedError;
+use super::face::Face;
+use super::series_file::Setting;
 use crate::log;
-use crate::world::{Scenario, Shape, Vector};
+use crate::world::Shape;
 
-/// The sensors that see the guide robot ahead at every station.
-const GUIDE: SensorMask = SensorMask::NONE.with(3).with(4);
-/// The sensors that look at nothing but the world beside and behind the robot.
-pub(super) const SIDES: SensorMask = GUIDE.complement();
-/// Distance between stations, metres.
-const STATION_M: f32 = 0.05;
-/// Where the first station is, metres.
-const FIRST_STATION_M: f32 = 0.15;
-/// 50 mm at the 80 mm/s of the paper's drives. The stations have no time of their own.
-const STATION_US: u64 = 625_000;
-/// Radius of the robot, metres: gaps are measured from its rim.
-const RIM_M: f64 = 0.05;
-/// The box: along the robot's path, and away from it.
-const BOX_M: (f64, f64) = (0.40, 0.10);
+/// Greatest number of stations of a series.
+const MAX_STATIONS: usize = 10_000;
+/// The speed of the paper's drives, which gives the stations stamps: they have no time of
+/// their own.
+const SPEED_M_PER_S: f64 = 0.08;
 
-/// A side of the robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Left,
-    Right,
-}
-
-/// A series as it was recorded: file, gap, sides, where the wall begins.
-#[derive(Clone, Copy, Debug)]
-struct Setting {
-    name: &'static str,
-    gap_m: f64,
-    sides: &'static [Side],
-    /// x of the box's near end, metres.
-    near_m: f64,
-    has_cylinder: bool,
-    about: &'static str,
-}
-
-const FOLLOWED: &str = "stations by the ruler; box and cylinder as recorded";
-/// The ends of these walls were not written down. The side sensors light up and go dark
-/// one station earlier than in `follow_wall20`, at both ends and on both sides: the same
-/// box, 50 mm nearer.
-const BESIDE: &str = "stations every 50 mm; the wall's distance as recorded, its ends (40 cm, \
-                      20 cm ahead of the first station) from where the readings begin and end";
-
-const fn followed(name: &'static str, gap_m: f64) -> Setting {
-    Setting {
-        name,
-        gap_m,
-        sides: &[Side::Left],
-        near_m: 0.40,
-        has_cylinder: true,
-        about: FOLLOWED,
-    }
-}
-
-const fn beside(name: &'static str, gap_m: f64, sides: &'static [Side]) -> Setting {
-    Setting {
-        name,
-        gap_m,
-        sides,
-        near_m: 0.35,
-        has_cylinder: false,
-        about: BESIDE,
-    }
-}
-
-const SETTINGS: [Setting; 6] = [
-    followed("follow_wall20", 0.02),
-    followed("follow_wall40", 0.04),
-    followed("follow_wall60", 0.06),
-    beside("Data_Gang_25", 0.025, &[Side::Left, Side::Right]),
-    beside("Data_Right_10", 0.01, &[Side::Right]),
-    beside("Data_Right_50", 0.05, &[Side::Right]),
-];
-
-/// A face of a wall that the robot drove along: from its near to its far end.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Face {
-    pub(super) near: Vector,
-    pub(super) far: Vector,
-}
+/// What readings are called that are those of the recording.
+pub(super) const RECORDED: &str = "recorded";
 
 /// A station: where the robot stood and what its sensors read.
 #[derive(Clone, Copy, Debug)]
@@ -105,66 +34,81 @@ pub(super) struct Station {
 /// A stepped series with its world.
 #[derive(Clone, Debug)]
 pub(super) struct Series {
-    pub(super) name: &'static str,
-    pub(super) about: &'static str,
+    pub(super) name: String,
+    pub(super) truth: String,
     /// Where the readings are from.
     pub(super) readings: &'static str,
+    /// The sensors that are used.
+    pub(super) used: SensorMask,
+    /// Time between stations, microseconds.
+    period_us: u64,
     pub(super) stations: Vec<Station>,
     pub(super) faces: Vec<Face>,
     pub(super) shapes: Vec<Shape>,
 }
 
 impl Series {
-    /// All series of a folder.
-    pub(super) fn load_all(folder: &Path) -> Result<Vec<Self>, RecordedError> {
-        let load = |setting: &Setting| Self::load(folder, setting);
-        SETTINGS.iter().map(load).collect()
-    }
-
-    fn load(folder: &Path, setting: &Setting) -> Result<Self, RecordedError> {
-        let recording = log::read(&folder.join(format!("{}.txt", setting.name)))?;
-        let readings = recording.inputs.iter().filter_map(|input| match input {
-            Input::Proximity { samples, .. } => Some(*samples),
-            _ => None,
-        });
-        let series = Self::of(setting, readings)?;
-        // A refused row would move all stations behind it.
-        if series.stations.is_empty() || !recording.refusals.is_empty() {
-            return Err(RecordedError::Incomplete {
-                series: setting.name,
-                rows: series.stations.len(),
-                refused: recording.refusals.count(),
-            });
+    /// Reads the recording of a described series.
+    ///
+    /// # Errors
+    /// [`RecordedError::Value`] at the recording's name if it cannot be read, if a row is
+    /// refused, which would move all stations behind it, or for too many stations.
+    pub(super) fn load(setting: &Setting) -> Result<Self, RecordedError> {
+        let refused = |what: String| RecordedError::Value {
+            at: setting.at.clone(),
+            what,
+        };
+        let recording = log::read(&setting.path).map_err(|error| refused(error.to_string()))?;
+        let rows: Vec<_> = recording
+            .inputs
+            .iter()
+            .filter_map(|input| match input {
+                Input::Proximity { samples, .. } => Some(*samples),
+                _ => None,
+            })
+            .collect();
+        let count = rows.len();
+        if count == 0 || !recording.refusals.is_empty() {
+            let refusals = recording.refusals.count();
+            return Err(refused(format!(
+                "{count} rows, {refusals} refused: a station that is left out would move all \
+                 behind it"
+            )));
         }
-        Ok(series)
+        if count > MAX_STATIONS {
+            let what = format!("{count} stations, at most {MAX_STATIONS} are allowed");
+            return Err(refused(what));
+        }
+        Ok(Self::of(setting, rows))
     }
 
-    /// A series with the given readings, a station each.
-    fn of(
-        setting: &Setting,
-        readings: impl Iterator<Item = [Sample; SENSORS]>,
-    ) -> Result<Self, RecordedError> {
+    /// A series with the given readings, one station each.
+    fn of(setting: &Setting, rows: impl IntoIterator<Item = [Sample; SENSORS]>) -> Self {
+        let (first_m, step_m) = (setting.first_station_m, setting.station_step_m);
         let station = |(index, samples): (u16, _)| Station {
-            pose: Pose::new(FIRST_STATION_M + STATION_M * f32::from(index), 0.0, 0.0),
+            pose: Pose::new(first_m as f32 + step_m as f32 * f32::from(index), 0.0, 0.0),
             samples,
         };
-        let sides = setting.sides.iter();
-        Ok(Self {
-            name: setting.name,
-            about: setting.about,
-            readings: "recorded",
-            stations: (0..).zip(readings).map(station).collect(),
-            faces: sides.map(|side| setting.face(*side)).collect(),
-            shapes: setting.shapes()?,
-        })
+        Self {
+            name: setting.name.clone(),
+            truth: setting.truth.clone(),
+            readings: RECORDED,
+            used: setting.used,
+            period_us: (1e6 * step_m / SPEED_M_PER_S).round() as u64,
+            stations: (0..).zip(rows).map(station).collect(),
+            faces: setting.faces.clone(),
+            shapes: setting.shapes.clone(),
+        }
     }
 
-    /// The first series with empty readings, for tests.
+    /// The first series of the example with empty readings, for tests.
     #[cfg(test)]
     pub(super) fn blank() -> Self {
-        let [first, ..] = &SETTINGS;
+        let text = include_str!("../../../../scenarios/recorded_series.toml");
+        let folder = std::path::Path::new("");
+        let file = super::series_file::SeriesFile::parse("example", text, folder).unwrap();
         let nothing = std::iter::repeat_n([Sample::Counts(0); SENSORS], 19);
-        Self::of(first, nothing).unwrap()
+        Self::of(&file.settings[0], nothing)
     }
 
     /// A node's inputs: pose and readings of each station.
@@ -172,7 +116,7 @@ impl Series {
         (0_u64..)
             .zip(&self.stations)
             .flat_map(|(index, station)| {
-                let stamp_us = index * STATION_US;
+                let stamp_us = index * self.period_us;
                 let (pose, samples) = (station.pose, station.samples);
                 [
                     Input::Odometry { stamp_us, pose },
@@ -180,43 +124,5 @@ impl Series {
                 ]
             })
             .collect()
-    }
-}
-
-impl Setting {
-    fn face(&self, side: Side) -> Face {
-        let distance = RIM_M + self.gap_m;
-        let y = match side {
-            Side::Left => distance,
-            Side::Right => -distance,
-        };
-        Face {
-            near: Vector::new(self.near_m, y),
-            far: Vector::new(self.near_m + BOX_M.0, y),
-        }
-    }
-
-    fn shapes(&self) -> Result<Vec<Shape>, RecordedError> {
-        let mut text = format!(
-            "name = \"{}\"\ncell_m = 0.01\nextent_m = [-1, -1, 2, 1]\n\
-             speed_m_per_s = 0.08\nstart = [0, 0, 0]\n",
-            self.name
-        );
-        for side in self.sides {
-            let Face { near, far } = self.face(*side);
-            let back = near.y + BOX_M.1.copysign(near.y);
-            text += &format!(
-                "[[box]]\nmin = [{}, {}]\nmax = [{}, {}]\n",
-                near.x,
-                near.y.min(back),
-                far.x,
-                near.y.max(back)
-            );
-        }
-        if self.has_cylinder {
-            // 82.5 cm ahead of the first station and 15 cm left of the robot's centre.
-            text += "[[cylinder]]\ncenter = [0.975, 0.15]\nradius_m = 0.0335\n";
-        }
-        Ok(Scenario::parse(&text)?.shapes)
     }
 }

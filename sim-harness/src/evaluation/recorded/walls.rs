@@ -5,8 +5,10 @@ use amiro_ipf::model::Photometry;
 use amiro_ipf::node::Config;
 use serde::Serialize;
 
-use super::RecordedError;
-use super::series::{Face, SIDES, Series};
+use super::RecordedSettings;
+use super::error::RecordedError;
+use super::face::Face;
+use super::series::{RECORDED, Series};
 use crate::geometry::Vector;
 use crate::mapping::{Map, Mapper, Method, Occupancy, Setup};
 use crate::pipeline;
@@ -15,19 +17,16 @@ use crate::rig::Rig;
 /// Side of a map cell, metres.
 const CELL_M: f64 = 0.010;
 /// How far an occupied cell may be from a face for that place to count as found: as in
-/// the scores of simulated drives, a cell and a half.
-const RECALL_M: f64 = 0.015;
+/// the scores of simulated drives, a cell and a half; and two cells.
+const RECALL_M: [f64; 2] = [0.015, 0.020];
 /// Distance from all objects beyond which an occupied cell is false, metres.
 const FALSE_M: f64 = 0.020;
-
-/// The methods that are compared, in the order of the report.
-const METHODS: [Method; 3] = [Method::PAPER, Method::PLUS, Method::ISM_TUNED];
 
 /// A series' map by one method, against its walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SeriesWalls {
-    /// The series: the file's name.
-    pub series: &'static str,
+    /// The series: its file's name without the extension.
+    pub series: String,
     /// Where the readings are from: `recorded`, or the physics that simulated them.
     pub readings: &'static str,
     /// The method's name.
@@ -38,25 +37,42 @@ pub struct SeriesWalls {
     pub steps: u32,
     /// Occupied cells in all.
     pub occupied: usize,
-    /// Occupied cells beside a wall: on its side of the robot, between its ends.
+    /// Occupied cells beside the wall that is nearest to them: on its side of the first
+    /// station, between its ends.
     pub beside: usize,
     /// Mean distance of those from the wall's face, metres; above 0 is behind it.
     pub mean_m: Option<f64>,
     /// RMS of that distance, metres.
     pub rms_m: Option<f64>,
     /// Share of the faces' lengths with an occupied cell within 15 mm.
-    pub recall: f64,
+    pub recall_15: f64,
+    /// The same within 20 mm.
+    pub recall_20: f64,
     /// Occupied cells more than 20 mm from all objects.
     pub false_cells: usize,
+    /// RMS of the distance of the walls' mapped ends from the true ones, along the walls,
+    /// metres; `None` for a method that places no ends, as for all methods of cells.
+    pub end_error_m: Option<f64>,
 }
 
 impl SeriesWalls {
+    /// Whether the readings are those of the recording, not simulated ones.
+    #[must_use]
+    pub fn is_recorded(&self) -> bool {
+        self.readings == RECORDED
+    }
+
     /// Maps a series by each method, under the given law.
-    pub(super) fn of(series: &Series, law: &Photometry) -> Result<Vec<Self>, RecordedError> {
+    pub(super) fn of(
+        series: &Series,
+        law: &Photometry,
+        settings: &RecordedSettings,
+    ) -> Result<Vec<Self>, RecordedError> {
         let scored = |method: &Method| {
             let config = Config {
-                sensors: SIDES,
+                sensors: series.used,
                 photometry: *law,
+                particles_per_sensor: settings.particles_per_sensor,
                 ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };
             let mut mapper = method.mapper(&Setup::new(&Rig::from(&config), CELL_M));
@@ -67,7 +83,7 @@ impl SeriesWalls {
             )?;
             Ok(Self::scored(series, method, outcome.steps, &mapper.map()))
         };
-        METHODS.iter().map(scored).collect()
+        settings.methods.iter().map(scored).collect()
     }
 
     fn scored(series: &Series, method: &Method, steps: u32, map: &Map) -> Self {
@@ -76,19 +92,18 @@ impl SeriesWalls {
             .map(|cell| map.centre(cell))
             .map(|(x, y)| Vector::new(x, y))
             .collect();
-        let distances: Vec<f64> = series
-            .faces
-            .iter()
-            .flat_map(|face| occupied.iter().filter_map(|place| face.behind_m(*place)))
-            .collect();
+        let behind = |place: &Vector| nearest(&series.faces, *place)?.behind_m(*place);
+        let distances: Vec<f64> = occupied.iter().filter_map(behind).collect();
         let mean = |sum: f64| (!distances.is_empty()).then(|| sum / distances.len() as f64);
         let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
         let is_false = |place: &&Vector| {
             let outside = |shape: &crate::world::Shape| shape.distance_m(**place) > FALSE_M;
             series.shapes.iter().all(outside)
         };
+        let [recall_15, recall_20] =
+            RECALL_M.map(|limit_m| recall(&series.faces, &occupied, limit_m));
         Self {
-            series: series.name,
+            series: series.name.clone(),
             readings: series.readings,
             method: method.name,
             stations: series.stations.len(),
@@ -97,35 +112,28 @@ impl SeriesWalls {
             beside: distances.len(),
             mean_m: mean(distances.iter().sum()),
             rms_m: mean(squares).map(f64::sqrt),
-            recall: recall(&series.faces, &occupied),
+            recall_15,
+            recall_20,
             false_cells: occupied.iter().filter(is_false).count(),
+            end_error_m: None,
         }
     }
 }
 
-impl Face {
-    /// How far behind the face a place is, if it is between the ends and on the face's
-    /// side of the robot; below 0 before it.
-    fn behind_m(&self, place: Vector) -> Option<f64> {
-        let is_beside = (self.near.x..=self.far.x).contains(&place.x);
-        let side = 1.0_f64.copysign(self.near.y);
-        (is_beside && side * place.y > 0.0).then_some(side * (place.y - self.near.y))
-    }
-
-    /// Middles of the pieces, a cell long, that the face is looked for in.
-    fn pieces(&self) -> impl Iterator<Item = Vector> {
-        let way = self.far - self.near;
-        let count = (way.norm() / CELL_M).round().max(1.0) as u32;
-        let near = self.near;
-        (0..count).map(move |piece| near + way.scaled((f64::from(piece) + 0.5) / f64::from(count)))
-    }
+/// The face that is nearest to a place.
+fn nearest(faces: &[Face], place: Vector) -> Option<&Face> {
+    let distance = |face: &&Face| face.distance_m(place);
+    faces
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-fn recall(faces: &[Face], occupied: &[Vector]) -> f64 {
+/// Share of the faces' pieces with an occupied cell within the given distance.
+fn recall(faces: &[Face], occupied: &[Vector], limit_m: f64) -> f64 {
     let pieces: Vec<Vector> = faces.iter().flat_map(Face::pieces).collect();
     let is_found = |piece: &&Vector| {
         let distances = occupied.iter().map(|place| (*place - **piece).norm());
-        distances.fold(f64::INFINITY, f64::min) <= RECALL_M
+        distances.fold(f64::INFINITY, f64::min) <= limit_m
     };
     pieces.iter().filter(is_found).count() as f64 / pieces.len().max(1) as f64
 }
