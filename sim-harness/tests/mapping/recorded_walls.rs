@@ -2,7 +2,7 @@
 //!
 //! The recordings are not part of the project; without them this test says so and passes.
 
-use sim_harness::evaluation::recorded::recorded_walls;
+use sim_harness::evaluation::recorded::{SeriesWalls, recorded_walls};
 
 use crate::common;
 
@@ -13,8 +13,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     };
     let report = recorded_walls(&folder.join("amiro")).unwrap();
     assert_eq!(report.sources.len(), 6, "{report}");
-    // By three methods: recorded, and simulated under either physics.
-    assert_eq!(report.walls.len(), 6 * 3 * 3, "{report}");
+    // By four methods: recorded, and simulated under either physics.
+    assert_eq!(report.walls.len(), 6 * 3 * 4, "{report}");
     for walls in &report.walls {
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.
@@ -24,6 +24,21 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
         assert!(walls.false_cells <= walls.occupied, "{report}");
         assert_eq!(walls.mean_m.is_some(), walls.beside > 0, "{report}");
     }
+    let fitted: Vec<_> = report
+        .walls
+        .iter()
+        .filter(|walls| walls.method == "wall-map" && walls.readings == "recorded")
+        .collect();
+    let mean = |value: &dyn Fn(&&SeriesWalls) -> f64| {
+        fitted.iter().map(value).sum::<f64>() / fitted.len() as f64
+    };
+    assert!(mean(&|walls| walls.recall) >= 0.97, "{report}");
+    assert!(
+        mean(&|walls| walls.mean_m.unwrap()).abs() <= 0.003,
+        "{report}"
+    );
+    assert!(mean(&|walls| walls.rms_m.unwrap()) <= 0.006, "{report}");
+    assert!(mean(&|walls| walls.false_cells as f64) <= 3.0, "{report}");
     assert_eq!(report.physics.len(), 3, "{report}");
     for physics in &report.physics {
         assert_eq!(

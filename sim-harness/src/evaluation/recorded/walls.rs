@@ -21,7 +21,12 @@ const RECALL_M: f64 = 0.015;
 const FALSE_M: f64 = 0.020;
 
 /// The methods that are compared, in the order of the report.
-const METHODS: [Method; 3] = [Method::PAPER, Method::PLUS, Method::ISM_TUNED];
+const METHODS: [Method; 4] = [
+    Method::PAPER,
+    Method::PLUS,
+    Method::ISM_TUNED,
+    Method::WALL_MAP,
+];
 
 /// A series' map by one method, against its walls.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,12 +56,18 @@ pub struct SeriesWalls {
 }
 
 impl SeriesWalls {
-    /// Maps a series by each method, under the given law.
-    pub(super) fn of(series: &Series, law: &Photometry) -> Result<Vec<Self>, RecordedError> {
+    /// Maps a series by each method, under the given law; the map of walls under the law of
+    /// extended surfaces, whose gain is another one.
+    pub(super) fn of(
+        series: &Series,
+        law: &Photometry,
+        wall_law: &Photometry,
+    ) -> Result<Vec<Self>, RecordedError> {
         let scored = |method: &Method| {
+            let is_of_walls = *method == Method::WALL_MAP;
             let config = Config {
                 sensors: SIDES,
-                photometry: *law,
+                photometry: if is_of_walls { *wall_law } else { *law },
                 ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };
             let mut mapper = method.mapper(&Setup::new(&Rig::from(&config), CELL_M));
