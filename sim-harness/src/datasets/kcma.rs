@@ -160,6 +160,7 @@ impl Row {
                 world_from_body,
                 mounts,
                 returns,
+                signals: Vec::new(),
             }));
         };
         scan(0..SONARS, sonar);

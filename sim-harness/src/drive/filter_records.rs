@@ -87,6 +87,7 @@ pub(crate) fn scan_records(
         world_from_body,
         mounts: 0..samples.len(),
         returns: returns(photometry, samples),
+        signals: signals(photometry, samples),
     };
     let pose = Record::Pose {
         stamp_us,
@@ -110,6 +111,16 @@ fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
         Reading::Faulty => Return::Invalid,
     };
     samples.iter().map(measured).collect()
+}
+
+/// The counts of samples above the dark value of the sensors (s - beta).
+fn signals(photometry: &Photometry, samples: &[Sample]) -> Vec<Option<f64>> {
+    let beta_counts = f64::from(photometry.beta_counts);
+    let signal = |sample: &Sample| match sample {
+        Sample::Counts(counts) => Some(f64::from(*counts) - beta_counts),
+        Sample::Saturated | Sample::Missing => None,
+    };
+    samples.iter().map(signal).collect()
 }
 
 #[cfg(test)]
@@ -197,5 +208,13 @@ mod tests {
         };
         assert!((range_m - 0.05).abs() < 1e-4, "{range_m}");
         assert!((limit_m - 0.2).abs() < 1e-6, "{limit_m}");
+    }
+
+    #[test]
+    fn signals_are_counts_above_the_dark_value_and_need_a_measured_sample() {
+        let samples = [Sample::Counts(361), Sample::Saturated, Sample::Missing];
+        let signals = signals(&Photometry::VCNL4020, &samples);
+        let dark = f64::from(Photometry::VCNL4020.beta_counts);
+        assert_eq!(signals, [Some(361.0 - dark), None, None]);
     }
 }

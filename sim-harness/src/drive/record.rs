@@ -50,6 +50,10 @@ pub struct RangeScan {
     pub mounts: Range<usize>,
     /// The returns, mount by mount.
     pub returns: Vec<Return>,
+    /// What proximity sensors measured before it became a range: counts above the
+    /// sensor's dark value (s - beta), one per return; `None` for a sample that is missing
+    /// or saturated. Empty for sensors that measure ranges.
+    pub signals: Vec<Option<f64>>,
 }
 
 /// One return of a sensor.

@@ -7,7 +7,7 @@ use amiro_ipf::filter::Profile;
 
 use super::{
     AllFreeMapper, CountingMapper, FootprintMapper, InverseSensorMapper, InverseSensorParameters,
-    Mapper, NoEcho,
+    Mapper, NoEcho, WallMapParameters, WallMapper,
 };
 use crate::geometry::Rectangle;
 use crate::rig::Rig;
@@ -62,6 +62,8 @@ const LOBES: &str = "Thrun, Burgard and Fox 2005, table 4.2, over the lobes of p
 const RANGES: &str = "Thrun, Burgard and Fox 2005, table 4.2";
 const DECAY: &str = "Carvalho and Ventura 2013, section II";
 
+const WALLS: &str = "this project: walls with ends under Lambert's law, mapping/wall_map";
+
 const STANDARD: InverseSensorParameters = InverseSensorParameters::STANDARD;
 const TUNED: InverseSensorParameters = InverseSensorParameters::TUNED;
 const RANGE: InverseSensorParameters = InverseSensorParameters::RANGE;
@@ -98,13 +100,18 @@ impl Method {
         let decay_m = Some(5.0);
         ism(s, InverseSensorParameters { decay_m, ..RANGE })
     });
+    /// Straight walls fitted to all signals of a drive at once.
+    pub const WALL_MAP: Self = Self::new("wall-map", WALLS, |s| {
+        let parameters = WallMapParameters::STANDARD;
+        Box::new(WallMapper::new(s.cell_m, s.rig, parameters))
+    });
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
     });
 
     /// Every method.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::PAPER,
         Self::PLUS,
         Self::ISM_STANDARD,
@@ -115,6 +122,7 @@ impl Method {
         Self::ISM_TUNED_OBJECT,
         Self::ISM,
         Self::ISM_DECAY,
+        Self::WALL_MAP,
         Self::ALL_FREE,
     ];
 

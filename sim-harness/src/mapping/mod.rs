@@ -12,6 +12,7 @@ mod footprint;
 mod grid;
 mod inverse_sensor;
 mod methods;
+mod wall_map;
 
 pub use all_free::AllFreeMapper;
 pub use belief::{Belief, Occupancy};
@@ -21,6 +22,7 @@ pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use methods::{Method, Setup, UnknownMethod};
+pub use wall_map::{MappedWall, SensorGain, WallMapParameters, WallMapper};
 
 use crate::drive::Record;
 

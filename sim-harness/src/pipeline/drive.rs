@@ -205,17 +205,14 @@ impl<'a> DriveSelection<'a> {
 
     /// Hands on the part of a scan that is of mounts asked for, neighbours together.
     fn take_scan(&mut self, scan: &RangeScan, take: &mut dyn FnMut(&Record)) {
-        let mut returns = scan.returns.iter();
+        let mut next = 0;
         let mut part: Option<RangeScan> = None;
         for index in scan.mounts.clone() {
             let Some(mount) = self.rig.mounts.get(index) else {
                 break;
             };
-            let of_mount: Vec<Return> = returns
-                .by_ref()
-                .take(mount.sensor.model().returns())
-                .copied()
-                .collect();
+            let first = next;
+            next = (first + mount.sensor.model().returns()).min(scan.returns.len());
             if let Some(has_data) = self.has_data.get_mut(index) {
                 *has_data = true;
             }
@@ -229,10 +226,15 @@ impl<'a> DriveSelection<'a> {
             let part = part.get_or_insert_with(|| RangeScan {
                 mounts: index..index,
                 returns: Vec::new(),
+                signals: Vec::new(),
                 ..*scan
             });
             part.mounts.end = index + 1;
-            part.returns.extend(of_mount);
+            let of_mount = first..next;
+            let returns = scan.returns.get(of_mount.clone());
+            part.returns.extend(returns.into_iter().flatten());
+            let signals = scan.signals.get(of_mount);
+            part.signals.extend(signals.into_iter().flatten());
         }
         self.hand_on(part, take);
     }

@@ -3,6 +3,7 @@
 mod cone;
 mod infrared;
 mod scanner;
+mod wall_law;
 
 use crate::drive::Return;
 use crate::geometry::{Pose2, Vector};
@@ -11,6 +12,7 @@ use crate::lattice::{Cell, Lattice};
 pub use cone::Cone;
 pub use infrared::Infrared;
 pub use scanner::Scanner;
+pub use wall_law::{EndGradient, WallLaw, WallSegment};
 
 /// The sensor on a mount.
 #[derive(Clone, Debug, PartialEq)]

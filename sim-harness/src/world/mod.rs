@@ -34,6 +34,8 @@ pub use leg::{Leg, TURN_DEG_PER_S};
 pub use odometry::OdometryModel;
 pub use opening::Opening;
 pub use optics::Physics;
+#[cfg(test)]
+pub(crate) use optics::signal_of;
 pub use options::{Options, OptionsError};
 pub use scenario::Scenario;
 pub use scenario_error::ScenarioError;

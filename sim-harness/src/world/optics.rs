@@ -151,6 +151,17 @@ impl Optics {
     }
 }
 
+/// Signal above beta of a sensor at the origin that looks along x.
+#[cfg(test)]
+pub(crate) fn signal_of(photometry: &Photometry, physics: Physics, shapes: &[Shape]) -> f64 {
+    let sensor_pose = SensorPose {
+        sensor: 0,
+        position: crate::geometry::Vector::default(),
+        axis: Turn::by_degrees(0.0),
+    };
+    Optics::new(physics, photometry).signal(shapes, &sensor_pose)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,14 +177,8 @@ mod tests {
         Scenario::parse(&text).unwrap().shapes
     }
 
-    /// Signal above beta of a sensor at the origin that looks along x.
     fn signal_of(photometry: &Photometry, physics: Physics, tables: &str) -> f64 {
-        let sensor_pose = SensorPose {
-            sensor: 0,
-            position: Vector::default(),
-            axis: Turn::by_degrees(0.0),
-        };
-        Optics::new(physics, photometry).signal(&shapes(tables), &sensor_pose)
+        super::signal_of(photometry, physics, &shapes(tables))
     }
 
     fn patch(tables: &str) -> f64 {

@@ -11,9 +11,6 @@ mod mutation;
 #[path = "../../../tests/fuzz/src/senses.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod acquisition;
-#[path = "../../../tests/fuzz/src/terminal.rs"]
-#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
-mod terminal;
 #[path = "../../../tests/fuzz/src/framing.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod framing;
@@ -26,6 +23,9 @@ mod scenarios;
 #[path = "../../../tests/fuzz/src/seeds.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod seeds;
+#[path = "../../../tests/fuzz/src/terminal.rs"]
+#[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
+mod terminal;
 #[path = "../../../tests/fuzz/src/wire.rs"]
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod wire;

@@ -7,3 +7,4 @@ mod drive_by;
 mod recorded_drives;
 mod recorded_walls;
 mod standstill;
+mod wall_map;

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use sim_harness::evaluation::recorded::{
-    RecordedReport, RecordedSeries, RecordedSettings, SERIES_FILE,
+    RecordedReport, RecordedSeries, RecordedSettings, SERIES_FILE, SeriesWalls,
 };
 use sim_harness::mapping::Method;
 
@@ -17,7 +17,12 @@ fn judged(folder: &Path) -> RecordedReport {
     let example = common::root().join("scenarios/recorded_series.toml");
     let description = if own.is_file() { own } else { example };
     let settings = RecordedSettings {
-        methods: vec![Method::PAPER, Method::PLUS, Method::ISM_TUNED],
+        methods: vec![
+            Method::PAPER,
+            Method::PLUS,
+            Method::ISM_TUNED,
+            Method::WALL_MAP,
+        ],
         particles_per_sensor: 1000,
     };
     let series = RecordedSeries::load(folder, &description).unwrap();
@@ -32,8 +37,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     };
     let report = judged(&folder.join("amiro"));
     assert_eq!(report.sources.len(), 6, "{report}");
-    // By three methods: recorded, and simulated under either physics.
-    assert_eq!(report.walls.len(), 6 * 3 * 3, "{report}");
+    // By four methods: recorded, and simulated under either physics.
+    assert_eq!(report.walls.len(), 6 * 3 * 4, "{report}");
     for walls in &report.walls {
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.
@@ -49,8 +54,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     }
     // The figures of docs/evaluation.md.
     assert!((report.alpha_counts_m2 - 1.863).abs() < 5e-4, "{report}");
-    let recorded = report.walls.iter().filter(|walls| walls.is_recorded());
-    let tuned = recorded.filter(|walls| walls.method == Method::ISM_TUNED.name);
+    let recorded = || report.walls.iter().filter(|walls| walls.is_recorded());
+    let tuned = recorded().filter(|walls| walls.method == Method::ISM_TUNED.name);
     let found: Vec<_> = tuned
         .map(|walls| (walls.recall_15, walls.false_cells))
         .collect();
@@ -63,6 +68,19 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
         (0.275, 1),
     ];
     assert_eq!(found, expected, "{report}");
+    let fitted: Vec<_> = recorded()
+        .filter(|walls| walls.method == Method::WALL_MAP.name)
+        .collect();
+    let mean = |value: &dyn Fn(&&SeriesWalls) -> f64| {
+        fitted.iter().map(value).sum::<f64>() / fitted.len() as f64
+    };
+    assert!(mean(&|walls| walls.recall_15) >= 0.97, "{report}");
+    assert!(
+        mean(&|walls| walls.mean_m.unwrap()).abs() <= 0.003,
+        "{report}"
+    );
+    assert!(mean(&|walls| walls.rms_m.unwrap()) <= 0.006, "{report}");
+    assert!(mean(&|walls| walls.false_cells as f64) <= 3.0, "{report}");
     assert_eq!(report.physics.len(), 3, "{report}");
     for physics in &report.physics {
         assert_eq!(

@@ -131,18 +131,19 @@ impl RecordedSeries {
                 what: error.to_string(),
             })?;
         let law = with_alpha(&default, alpha);
+        let own = alpha_under(calibrated, &default, Physics::Patch);
+        let wall_law = with_alpha(&default, own.unwrap_or(alpha));
         let mut walls = Vec::new();
         let both = [Physics::Matched, Physics::Patch];
         for series in all {
-            walls.extend(SeriesWalls::of(series, &law, settings)?);
+            walls.extend(SeriesWalls::of(series, &law, &wall_law, settings)?);
             for physics in both {
                 let simulated = simulated(series, &law, physics);
-                walls.extend(SeriesWalls::of(&simulated, &law, settings)?);
+                walls.extend(SeriesWalls::of(&simulated, &law, &law, settings)?);
             }
         }
         let same = both.map(|physics| PhysicsError::of(all, &default, physics, alpha, false));
-        let own = alpha_under(calibrated, &default, Physics::Patch)
-            .map(|alpha| PhysicsError::of(all, &default, Physics::Patch, alpha, true));
+        let own = own.map(|alpha| PhysicsError::of(all, &default, Physics::Patch, alpha, true));
         Ok(RecordedReport {
             alpha_counts_m2: alpha,
             alpha_from: calibrated.name.clone(),

@@ -62,16 +62,19 @@ impl SeriesWalls {
         self.readings == RECORDED
     }
 
-    /// Maps a series by each method, under the given law.
+    /// Maps a series by each method, under the given law; the map of walls under the law of
+    /// extended surfaces, which has another gain.
     pub(super) fn of(
         series: &Series,
         law: &Photometry,
+        wall_law: &Photometry,
         settings: &RecordedSettings,
     ) -> Result<Vec<Self>, RecordedError> {
         let scored = |method: &Method| {
+            let is_of_walls = *method == Method::WALL_MAP;
             let config = Config {
                 sensors: series.used,
-                photometry: *law,
+                photometry: if is_of_walls { *wall_law } else { *law },
                 particles_per_sensor: settings.particles_per_sensor,
                 ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };

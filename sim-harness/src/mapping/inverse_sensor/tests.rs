@@ -52,6 +52,7 @@ fn mapped(
             world_from_body: Pose2::new(*x, *y, 0.0),
             mounts: 0..1,
             returns: vec![*measured],
+            signals: Vec::new(),
         }));
     }
     mapper
