@@ -34,7 +34,8 @@
 //! **Bounds.** At most 20 000 places are kept, and at most 8 in a square of 20 mm and an
 //! eighth of a turn; scans beyond that are left out and counted. The search passes over
 //! windows of 256 places, with at most 24 births each; at most 24 walls are fitted
-//! together, the others are held. The work goes with the number of places that are kept.
+//! together, the others are held, and no wall grows beyond 2 m: a fit looks at the places
+//! about its walls. The work goes with the number of places that are kept.
 
 mod births;
 mod draw;

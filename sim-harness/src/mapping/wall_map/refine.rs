@@ -208,6 +208,12 @@ impl Scene<'_> {
             };
             let by = |place: usize| Vector::new(step[4 * slot + place], step[4 * slot + place + 1]);
             let moved = WallSegment::new(wall.from + by(0), wall.to + by(2));
+            let is_too_long = moved.length_m() > self.parameters.longest_m;
+            let moved = if is_too_long && moved.length_m() > wall.length_m() {
+                wall
+            } else {
+                moved
+            };
             old.push((*index, Some(wall)));
             new.push((*index, Some(moved)));
         }

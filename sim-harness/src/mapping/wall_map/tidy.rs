@@ -166,6 +166,9 @@ impl Scene<'_> {
         ) else {
             return false;
         };
+        if joined.length_m() > parameters.longest_m {
+            return false;
+        }
         let mut rise = self.change(&[(first, Some(joined)), (second, None)]);
         rise += self.refine(&[first], MERGE_ITERATIONS, Unknowns::Ends);
         let cut = self.wall(first).and_then(|wall| self.clear(&wall));
