@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::WallMapParameters;
-use super::readings::Row;
+use super::readings::SignalRow;
 use super::refine::Unknowns;
-use super::scene::Scene;
+use super::scene::WallScene;
 use crate::drive::Keyframes;
 use crate::geometry::{Turn, Vector};
 use crate::sensors::WallSegment;
@@ -41,7 +41,7 @@ struct Candidate {
     signals: Vec<(usize, f64)>,
 }
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// Adds walls, window by window.
     pub(super) fn give_births(&mut self) {
         let places = self.readings.stations.len();
@@ -193,7 +193,7 @@ impl Scene<'_> {
             let range = self.readings.stations.get(*station)?.rows.clone();
             Some(range.zip(self.readings.rows_of(*station)))
         });
-        let signal = |row: &Row| {
+        let signal = |row: &SignalRow| {
             let law = self.readings.law(row.mount)?;
             let signal = law.signal(&[wall.viewed_from(&row.world_from_sensor)]);
             (signal > LEAST_SIGNAL).then_some(signal)

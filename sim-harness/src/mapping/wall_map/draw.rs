@@ -3,8 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use super::readings::Row;
-use super::scene::Scene;
+use super::readings::SignalRow;
+use super::scene::WallScene;
 use crate::geometry::Vector;
 use crate::lattice::{Cell, Lattice};
 use crate::mapping::{Belief, Map};
@@ -17,7 +17,7 @@ const FREE_REACH_M: f64 = 0.3;
 /// wall on which the place lies does not hide it.
 const VISIBLE_SHARE: f64 = 0.999;
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// The map, with cells of the given size, metres.
     pub(super) fn draw(&self, cell_m: f64) -> Map {
         let mut map = Map::unknown(cell_m);
@@ -133,7 +133,13 @@ impl Scene<'_> {
 
     /// The signal of a reading with a surface of the tested width at a place, square to the
     /// sensor; it hides what lies behind it. `None` where it does not show.
-    fn with_patch(&self, station: usize, row: &Row, place: Vector, expected: f64) -> Option<f64> {
+    fn with_patch(
+        &self,
+        station: usize,
+        row: &SignalRow,
+        place: Vector,
+        expected: f64,
+    ) -> Option<f64> {
         let facing = self.facing(row, place)?;
         if !self.is_visible(station, row, place) {
             return None;
@@ -155,7 +161,7 @@ impl Scene<'_> {
 
     /// Return per radian of a surface at a place square to the sensor, counts; `None`
     /// outside the lobe.
-    fn facing(&self, row: &Row, place: Vector) -> Option<f64> {
+    fn facing(&self, row: &SignalRow, place: Vector) -> Option<f64> {
         let law = self.readings.law(row.mount)?;
         let seen = row.world_from_sensor.view(place);
         if seen.x <= 0.0 {
@@ -167,14 +173,14 @@ impl Scene<'_> {
     }
 
     /// Whether no wall lies between a sensor and a place.
-    fn is_visible(&self, station: usize, row: &Row, place: Vector) -> bool {
+    fn is_visible(&self, station: usize, row: &SignalRow, place: Vector) -> bool {
         let sensor = row.world_from_sensor.position;
         self.walls_at(station).all(|(_, wall)| {
             times_to(sensor, place - sensor, &wall).is_none_or(|times| times >= VISIBLE_SHARE)
         })
     }
 
-    fn change_of_residual(&self, row: &Row, expected: f64, other: f64) -> f64 {
+    fn change_of_residual(&self, row: &SignalRow, expected: f64, other: f64) -> f64 {
         let floor = self.parameters.floor_counts;
         row.residual(other, floor) - row.residual(expected, floor)
     }

@@ -35,7 +35,7 @@ const CLIPPED_SHARE: f64 = 0.05;
 
 /// One reading of one sensor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub(super) struct SignalRow {
     /// The sensor's pose; its x is the axis.
     pub(super) world_from_sensor: Pose2,
     /// Index of the mount.
@@ -62,7 +62,7 @@ struct InfraredMount {
 
 /// A place at which the sensors were read.
 #[derive(Clone, Debug)]
-pub(super) struct Station {
+pub(super) struct ScanPlace {
     pub(super) world_from_body: Pose2,
     pub(super) rows: Range<usize>,
 }
@@ -73,14 +73,14 @@ pub(super) struct Readings {
     parameters: WallMapParameters,
     /// The mounts; `None` for one without a law of walls.
     mounts: Vec<Option<InfraredMount>>,
-    pub(super) rows: Vec<Row>,
-    pub(super) stations: Vec<Station>,
+    pub(super) rows: Vec<SignalRow>,
+    pub(super) stations: Vec<ScanPlace>,
     bins: BTreeMap<(i64, i64), Vec<usize>>,
     repeats: BTreeMap<(i64, i64, i64), u8>,
     left_out: u64,
 }
 
-impl Row {
+impl SignalRow {
     /// A reading at the world's origin.
     fn new(parameters: &WallMapParameters, mount: usize, sigma_counts: f64, signal: f64) -> Self {
         let floor = parameters.floor_counts;
@@ -145,7 +145,7 @@ impl Readings {
     pub(super) fn mark_clipped(&mut self) {
         let signals = self.rows.iter().map(|row| row.signal);
         let lowest = signals.fold(f64::INFINITY, f64::min);
-        let is_lowest = |row: &Row| row.signal <= lowest;
+        let is_lowest = |row: &SignalRow| row.signal <= lowest;
         let count = self.rows.iter().filter(|row| is_lowest(row)).count();
         let is_clipped = count as f64 >= CLIPPED_SHARE * self.rows.len() as f64;
         for row in &mut self.rows {
@@ -188,8 +188,8 @@ impl Readings {
             {
                 let world_from_sensor = scan.world_from_body * sensor.body_from_sensor;
                 let sigma_counts = sensor.sigma_counts;
-                let row = Row::new(&self.parameters, mount, sigma_counts, signal);
-                self.rows.push(Row {
+                let row = SignalRow::new(&self.parameters, mount, sigma_counts, signal);
+                self.rows.push(SignalRow {
                     world_from_sensor,
                     ..row
                 });
@@ -197,7 +197,7 @@ impl Readings {
         }
         let bin = bin_of(position);
         self.bins.entry(bin).or_default().push(self.stations.len());
-        self.stations.push(Station {
+        self.stations.push(ScanPlace {
             world_from_body: scan.world_from_body,
             rows: first..self.rows.len(),
         });
@@ -241,7 +241,7 @@ impl Readings {
     }
 
     /// The readings of a station.
-    pub(super) fn rows_of(&self, station: usize) -> &[Row] {
+    pub(super) fn rows_of(&self, station: usize) -> &[SignalRow] {
         let rows = self
             .stations
             .get(station)

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::WallMapParameters;
-use super::readings::{Readings, Row};
+use super::readings::{Readings, SignalRow};
 use crate::sensors::{EndGradient, WallLaw, WallSegment};
 
 /// Added to the reach when the places that see a wall are listed, metres.
@@ -11,7 +11,7 @@ const SLACK_M: f64 = 0.05;
 
 /// Walls, and the signals that they return at every reading.
 #[derive(Clone, Debug)]
-pub(super) struct Scene<'r> {
+pub(super) struct WallScene<'r> {
     pub(super) readings: &'r Readings,
     pub(super) parameters: &'r WallMapParameters,
     /// The walls; `None` for one that was removed.
@@ -25,9 +25,9 @@ pub(super) struct Scene<'r> {
 }
 
 /// A change of a wall: its index, and what it becomes.
-pub(super) type Change = (usize, Option<WallSegment>);
+pub(super) type WallChange = (usize, Option<WallSegment>);
 
-impl<'r> Scene<'r> {
+impl<'r> WallScene<'r> {
     pub(super) fn new(readings: &'r Readings, parameters: &'r WallMapParameters) -> Self {
         Self {
             readings,
@@ -63,7 +63,7 @@ impl<'r> Scene<'r> {
     }
 
     /// A reading and the signal that is expected of it, by the reading's index.
-    pub(super) fn row(&self, index: usize) -> Option<(&Row, f64)> {
+    pub(super) fn row(&self, index: usize) -> Option<(&SignalRow, f64)> {
         let row = self.readings.rows.get(index)?;
         let expected = self.expected.get(index)?;
         Some((row, self.gain(row.mount) * expected))
@@ -113,7 +113,7 @@ impl<'r> Scene<'r> {
     }
 
     /// Cost of a reading for which a signal is expected.
-    pub(super) fn cost_at(&self, row: &Row, expected: f64) -> f64 {
+    pub(super) fn cost_at(&self, row: &SignalRow, expected: f64) -> f64 {
         self.cost_of(row.residual(expected, self.parameters.floor_counts))
     }
 
@@ -134,7 +134,7 @@ impl<'r> Scene<'r> {
     /// Changes walls; by how much the cost rises.
     ///
     /// Cost: all readings within reach of the walls, before and after, under the law.
-    pub(super) fn change(&mut self, changes: &[Change]) -> f64 {
+    pub(super) fn change(&mut self, changes: &[WallChange]) -> f64 {
         let old = changes.iter().filter_map(|(index, _)| self.wall(*index));
         let new = changes.iter().filter_map(|(_, wall)| *wall);
         let both: Vec<WallSegment> = old.chain(new).collect();
@@ -193,7 +193,7 @@ impl<'r> Scene<'r> {
     }
 
     /// The readings of a station with what is expected of them.
-    pub(super) fn rows_of(&self, station: usize) -> impl Iterator<Item = (&Row, f64)> {
+    pub(super) fn rows_of(&self, station: usize) -> impl Iterator<Item = (&SignalRow, f64)> {
         let rows = self.readings.rows_of(station);
         let range = self.readings.stations.get(station).map(|s| s.rows.clone());
         let expected = range.and_then(|range| self.expected.get(range));
@@ -225,7 +225,7 @@ impl<'r> Scene<'r> {
     pub(super) fn linearised(
         &self,
         law: &WallLaw,
-        row: &Row,
+        row: &SignalRow,
         walls: &[WallSegment],
         gradients: &mut Vec<EndGradient>,
     ) -> f64 {
