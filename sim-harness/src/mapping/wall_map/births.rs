@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::WallMapParameters;
 use super::readings::SignalRow;
 use super::refine::Unknowns;
-use super::scene::Scene;
+use super::scene::WallScene;
 use crate::drive::Keyframes;
 use crate::geometry::{Turn, Vector};
 use crate::sensors::WallSegment;
@@ -41,7 +41,7 @@ struct Candidate {
     signals: Vec<(usize, f64)>,
 }
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// Adds walls, window by window.
     pub(super) fn give_births(&mut self) {
         let places = self.readings.stations.len();

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::readings::SignalRow;
-use super::scene::Scene;
+use super::scene::WallScene;
 use crate::geometry::Vector;
 use crate::lattice::{Cell, Lattice};
 use crate::mapping::{Belief, Map};
@@ -17,7 +17,7 @@ const FREE_REACH_M: f64 = 0.3;
 /// wall on which the place lies does not hide it.
 const VISIBLE_SHARE: f64 = 0.999;
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// The map, with cells of the given size, metres.
     pub(super) fn draw(&self, cell_m: f64) -> Map {
         let mut map = Map::unknown(cell_m);

@@ -34,7 +34,8 @@
 //! **Bounds.** At most 20 000 places are kept, and at most 8 in a square of 20 mm and an
 //! eighth of a turn; scans beyond that are left out and counted. The search passes over
 //! windows of 256 places, with at most 24 births each; at most 24 walls are fitted
-//! together, the others are held. The work goes with the number of places that are kept.
+//! together, the others are held, and no wall grows beyond 2 m: a fit looks at the places
+//! about its walls. The work goes with the number of places that are kept.
 
 mod births;
 mod draw;
@@ -49,8 +50,8 @@ mod tidy;
 use nalgebra::DMatrix;
 
 use self::readings::Readings;
-use self::refine::{Normal, Unknowns};
-use self::scene::Scene;
+use self::refine::{NormalEquations, Unknowns};
+use self::scene::WallScene;
 use self::tidy::MOST_TOGETHER;
 use super::{Map, Mapper};
 use crate::drive::Record;
@@ -143,7 +144,7 @@ impl Mapper for WallMapper {
             return;
         }
         self.readings.mark_clipped();
-        let mut scene = Scene::new(&self.readings, &self.parameters);
+        let mut scene = WallScene::new(&self.readings, &self.parameters);
         scene.give_births();
         let fitted = if self.parameters.gain_sigma > 0.0 {
             Unknowns::EndsAndGains
@@ -167,7 +168,7 @@ impl Mapper for WallMapper {
     }
 }
 
-fn mapped_walls(scene: &mut Scene<'_>) -> Vec<MappedWall> {
+fn mapped_walls(scene: &mut WallScene<'_>) -> Vec<MappedWall> {
     let indices = scene.indices();
     let mut walls = Vec::new();
     for index in indices {
@@ -175,7 +176,7 @@ fn mapped_walls(scene: &mut Scene<'_>) -> Vec<MappedWall> {
             continue;
         };
         // The wall is the first of its neighbours.
-        let normal = Normal::of(scene, &scene.neighbours(index), Unknowns::Ends);
+        let normal = NormalEquations::of(scene, &scene.neighbours(index), Unknowns::Ends);
         walls.push(MappedWall {
             segment,
             covariance_m2: covariance(normal.information),
@@ -186,12 +187,12 @@ fn mapped_walls(scene: &mut Scene<'_>) -> Vec<MappedWall> {
 }
 
 /// The gains with their standard deviations, the first walls fitted with them.
-fn sensor_gains(scene: &Scene<'_>, fitted: Unknowns) -> Vec<SensorGain> {
+fn sensor_gains(scene: &WallScene<'_>, fitted: Unknowns) -> Vec<SensorGain> {
     if fitted == Unknowns::Ends {
         return Vec::new();
     }
     let group: Vec<usize> = scene.indices().into_iter().take(MOST_TOGETHER).collect();
-    let normal = Normal::of(scene, &group, fitted);
+    let normal = NormalEquations::of(scene, &group, fitted);
     let inverse = normal.information.cholesky().map(|factor| factor.inverse());
     let gains = scene.gains().iter().zip(4 * group.len()..);
     gains

@@ -37,6 +37,9 @@ pub struct WallMapParameters {
     pub merge_gap_m: f64,
     /// Largest distance of an end from the line of the wall that two become, metres.
     pub merge_bend_m: f64,
+    /// Longest wall that two become, or to which one grows, metres; a longer wall is mapped
+    /// as several. Less: less work on long drives, more seams.
+    pub longest_m: f64,
     /// Distance between the places at which walls are looked for, metres.
     pub lattice_m: f64,
     /// Number of directions, over half a turn, in which walls are looked for.
@@ -75,6 +78,7 @@ impl WallMapParameters {
         merge_cost: 21.0,
         merge_gap_m: 0.05,
         merge_bend_m: 0.025,
+        longest_m: 2.0,
         lattice_m: 0.03,
         directions: 8,
         lengths_m: [0.05, 0.12, 0.24],

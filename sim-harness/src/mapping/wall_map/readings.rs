@@ -62,7 +62,7 @@ struct InfraredMount {
 
 /// A place at which the sensors were read.
 #[derive(Clone, Debug)]
-pub(super) struct ViewPoint {
+pub(super) struct ScanPlace {
     pub(super) world_from_body: Pose2,
     pub(super) rows: Range<usize>,
 }
@@ -74,7 +74,7 @@ pub(super) struct Readings {
     /// The mounts; `None` for one without a law of walls.
     mounts: Vec<Option<InfraredMount>>,
     pub(super) rows: Vec<SignalRow>,
-    pub(super) stations: Vec<ViewPoint>,
+    pub(super) stations: Vec<ScanPlace>,
     bins: BTreeMap<(i64, i64), Vec<usize>>,
     repeats: BTreeMap<(i64, i64, i64), u8>,
     left_out: u64,
@@ -197,7 +197,7 @@ impl Readings {
         }
         let bin = bin_of(position);
         self.bins.entry(bin).or_default().push(self.stations.len());
-        self.stations.push(ViewPoint {
+        self.stations.push(ScanPlace {
             world_from_body: scan.world_from_body,
             rows: first..self.rows.len(),
         });

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::scene::{Scene, SegmentChange};
+use super::scene::{WallChange, WallScene};
 use crate::geometry::Vector;
 use crate::sensors::WallSegment;
 
@@ -38,16 +38,16 @@ pub(super) enum Unknowns {
 /// The linear problem of a fit: H = J^T W J and g = J^T W r. Four unknowns per wall, then
 /// one per mount if gains are fitted.
 #[derive(Clone, Debug)]
-pub(super) struct Normal {
+pub(super) struct NormalEquations {
     pub(super) information: DMatrix<f64>,
     gradient: DVector<f64>,
 }
 
-impl Normal {
+impl NormalEquations {
     /// The problem of a group of walls, the others held fixed.
     ///
     /// Weights are those of Huber's cost: w = min(1, huber / |r|).
-    pub(super) fn of(scene: &Scene<'_>, group: &[usize], fitted: Unknowns) -> Self {
+    pub(super) fn of(scene: &WallScene<'_>, group: &[usize], fitted: Unknowns) -> Self {
         let gains = match fitted {
             Unknowns::Ends => 0,
             Unknowns::EndsAndGains => scene.gains().len(),
@@ -84,7 +84,7 @@ impl Normal {
     /// Adds the readings of a station.
     fn add_station(
         &mut self,
-        scene: &Scene<'_>,
+        scene: &WallScene<'_>,
         group: &[usize],
         station: usize,
         are_gains_fitted: bool,
@@ -118,7 +118,7 @@ impl Normal {
     }
 
     /// Adds the prior of each wall's length.
-    fn add_lengths(&mut self, scene: &Scene<'_>, group: &[usize]) {
+    fn add_lengths(&mut self, scene: &WallScene<'_>, group: &[usize]) {
         for (slot, index) in group.iter().enumerate() {
             let Some(wall) = scene.wall(*index) else {
                 continue;
@@ -150,7 +150,7 @@ impl Normal {
     }
 }
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// Fits the ends of a group of walls; by how much the cost changes, never upwards.
     ///
     /// At most `iterations` linear problems, each tried with growing damping.
@@ -158,7 +158,7 @@ impl Scene<'_> {
         let mut change = 0.0;
         let mut damping = DAMPING;
         for _ in 0..iterations {
-            let normal = Normal::of(self, group, fitted);
+            let normal = NormalEquations::of(self, group, fitted);
             let gains = self.gains().to_vec();
             let mut gained = 0.0;
             while damping < DAMPING_MOST {
@@ -199,11 +199,7 @@ impl Scene<'_> {
     }
 
     /// The walls of a group as they are, and after a step.
-    fn moves(
-        &self,
-        group: &[usize],
-        step: &DVector<f64>,
-    ) -> (Vec<SegmentChange>, Vec<SegmentChange>) {
+    fn moves(&self, group: &[usize], step: &DVector<f64>) -> (Vec<WallChange>, Vec<WallChange>) {
         let mut old = Vec::new();
         let mut new = Vec::new();
         for (slot, index) in group.iter().enumerate() {
@@ -212,6 +208,12 @@ impl Scene<'_> {
             };
             let by = |place: usize| Vector::new(step[4 * slot + place], step[4 * slot + place + 1]);
             let moved = WallSegment::new(wall.from + by(0), wall.to + by(2));
+            let is_too_long = moved.length_m() > self.parameters.longest_m;
+            let moved = if is_too_long && moved.length_m() > wall.length_m() {
+                wall
+            } else {
+                moved
+            };
             old.push((*index, Some(wall)));
             new.push((*index, Some(moved)));
         }

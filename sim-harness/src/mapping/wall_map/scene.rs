@@ -11,7 +11,7 @@ const SLACK_M: f64 = 0.05;
 
 /// Walls, and the signals that they return at every reading.
 #[derive(Clone, Debug)]
-pub(super) struct Scene<'r> {
+pub(super) struct WallScene<'r> {
     pub(super) readings: &'r Readings,
     pub(super) parameters: &'r WallMapParameters,
     /// The walls; `None` for one that was removed.
@@ -25,9 +25,9 @@ pub(super) struct Scene<'r> {
 }
 
 /// A change of a wall: its index, and what it becomes.
-pub(super) type SegmentChange = (usize, Option<WallSegment>);
+pub(super) type WallChange = (usize, Option<WallSegment>);
 
-impl<'r> Scene<'r> {
+impl<'r> WallScene<'r> {
     pub(super) fn new(readings: &'r Readings, parameters: &'r WallMapParameters) -> Self {
         Self {
             readings,
@@ -134,7 +134,7 @@ impl<'r> Scene<'r> {
     /// Changes walls; by how much the cost rises.
     ///
     /// Cost: all readings within reach of the walls, before and after, under the law.
-    pub(super) fn change(&mut self, changes: &[SegmentChange]) -> f64 {
+    pub(super) fn change(&mut self, changes: &[WallChange]) -> f64 {
         let old = changes.iter().filter_map(|(index, _)| self.wall(*index));
         let new = changes.iter().filter_map(|(_, wall)| *wall);
         let both: Vec<WallSegment> = old.chain(new).collect();

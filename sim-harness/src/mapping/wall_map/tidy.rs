@@ -1,7 +1,7 @@
 //! Shapes walls after a fit: cuts them clear of the robot, drops, joins.
 
 use super::refine::Unknowns;
-use super::scene::Scene;
+use super::scene::WallScene;
 use crate::geometry::Vector;
 use crate::sensors::WallSegment;
 
@@ -23,7 +23,7 @@ const ROUNDS: usize = 8;
 /// Steps of the last fit.
 const LAST_ITERATIONS: usize = 20;
 
-impl Scene<'_> {
+impl WallScene<'_> {
     /// A wall and those nearest to it, of those that share readings with it.
     pub(super) fn neighbours(&self, index: usize) -> Vec<usize> {
         let Some(wall) = self.wall(index) else {
@@ -166,6 +166,9 @@ impl Scene<'_> {
         ) else {
             return false;
         };
+        if joined.length_m() > parameters.longest_m {
+            return false;
+        }
         let mut rise = self.change(&[(first, Some(joined)), (second, None)]);
         rise += self.refine(&[first], MERGE_ITERATIONS, Unknowns::Ends);
         let cut = self.wall(first).and_then(|wall| self.clear(&wall));
