@@ -9,7 +9,8 @@ use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
-use sim_harness::rig::Rig;
+use sim_harness::rig::{Rig, SensorMount};
+use sim_harness::sensors::Sensor;
 
 use super::keyframe_arguments::KeyframeArguments;
 use super::progress::PassProgress;
@@ -59,6 +60,14 @@ impl MapCommand {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
                 return Err(format!("--sensors {name}: rig {} has none", rig.name).into());
             }
+        }
+        let is_infrared = |mount: &SensorMount| matches!(mount.sensor, Sensor::Infrared(_));
+        if method == Method::WALL_MAP && !rig.mounts.iter().any(is_infrared) {
+            return Err(format!(
+                "--method {method} fits the signals of infrared sensors: rig {} has none",
+                rig.name
+            )
+            .into());
         }
         let dataset = recognise(&self.drive)?;
         let outputs = DRIVE_FILES.map(|name| self.out.join(name));

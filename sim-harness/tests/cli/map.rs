@@ -106,6 +106,8 @@ fn a_map_of_nothing_is_not_written_and_the_reason_is_printed() {
     folder.refuses(&path(ROBOND), KCMA, &["--sensors", "laser"], no_laser);
     let all_free = "--method all-free: ism-standard, ";
     folder.refuses(&path(ROBOND), KCMA, &["--method", "all-free"], all_free);
+    let no_infrared = "--method wall-map fits the signals of infrared sensors: rig kcma has none";
+    folder.refuses(&path(ROBOND), KCMA, &["--method", "wall-map"], no_infrared);
     let with = |value: &'static str| {
         move |name: &str, text: String| {
             let row = |line: &str| {
