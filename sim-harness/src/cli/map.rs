@@ -25,7 +25,7 @@ pub(super) struct MapCommand {
     /// The robot: a rig file, as in `rigs/`.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// The method: `ism` or `ism-decay`.
+    /// The method, as `ism`, `ism-decay`, or `wall-map` for infrared sensors.
     #[arg(long, default_value = "ism", value_name = "METHOD")]
     method: String,
     /// Only sensors whose names begin so, as in `sonar`; all of the rig if not given.

@@ -162,7 +162,7 @@ fn check_rig(rig: &Rig, config: &Config) -> Result<Vec<String>, DatasetError> {
         }
         has_same_law &= mount.sensor == recorded.sensor;
     }
-    let note = "the ranges follow the recording's law, the lobes that of the rig, which is another";
+    let note = "ranges are computed by the recording's law, footprints by the rig's, which differs";
     Ok((!has_same_law)
         .then(|| note.to_owned())
         .into_iter()
