@@ -324,12 +324,22 @@ fn defined_type(line: &str) -> Option<&str> {
 
 #[test]
 fn a_type_name_has_one_meaning() {
-    let mut defined = BTreeMap::new();
-    for (_, text) in workspace() {
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (path, text) in workspace() {
         for name in text.lines().filter_map(defined_type) {
-            *defined.entry(name.to_owned()).or_default() += 1;
+            places
+                .entry(name.to_owned())
+                .or_default()
+                .push(path.clone());
         }
     }
-    assert!(defined.len() > 400, "{defined:#?}");
-    assert_within(&defined, |_| 1, SHARED_NAMES);
+    assert!(places.len() > 400, "{places:#?}");
+    let is_shared = |name: &str| SHARED_NAMES.iter().any(|(shared, _)| *shared == name);
+    for (name, places) in &places {
+        assert!(places.len() == 1 || is_shared(name), "{name}: {places:?}");
+    }
+    let counts = places
+        .into_iter()
+        .map(|(name, places)| (name, places.len()));
+    assert_within(&counts.collect(), |_| 1, SHARED_NAMES);
 }

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::geometry::{Pose2, Vector};
 
-/// One row of a drive, in SI units; stamps are microseconds from the drive's first row.
+/// One row of a drive, in SI units; stamps are microseconds that never decrease, from the
+/// drive's first row or as the robot counts.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
     /// The robot's pose, by the selected pose source.
