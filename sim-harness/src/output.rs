@@ -143,6 +143,7 @@ pub fn check(outputs: &[PathBuf], inputs: &[&Path]) -> Result<(), WriteError> {
     let inputs: Vec<_> = inputs.iter().flat_map(fs::canonicalize).collect();
     for output in outputs {
         let cause = match fs::canonicalize(output) {
+            Ok(_) if Special::at(output) == Some(Special::NamedPipe) => named_pipe(),
             // A device may be read and written.
             Ok(path) if !path.is_file() => continue,
             Ok(path) if inputs.contains(&path) => {
@@ -263,6 +264,9 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> 
     };
     if old.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if Special::at(path) == Some(Special::NamedPipe) {
+        return Err(named_pipe());
     }
     if !old.is_file() {
         return fill_up(File::options().write(true).open(path)?, fill).map(drop);

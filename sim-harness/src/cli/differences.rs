@@ -18,7 +18,7 @@ pub(super) struct Differences {
     /// Reflectivity of everything, times the scenario's.
     #[arg(long, default_value_t = 1.0, value_name = "F")]
     reflectivity: f64,
-    /// Standard deviation of the sensors' gains, relative; constant over the drive.
+    /// Standard deviation of the sensors' gains, relative, 0 to 0.5; constant over the drive.
     #[arg(long, default_value_t = 0.0, value_name = "S")]
     gain_spread: f64,
     /// Probability that a sample is missing.

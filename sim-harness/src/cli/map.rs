@@ -58,7 +58,9 @@ impl MapCommand {
         let method = self.method()?;
         for name in &self.sensors {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
-                return Err(format!("--sensors {name}: rig {} has none", rig.name).into());
+                let known: Vec<_> = rig.mounts.iter().map(|it| it.name.as_str()).collect();
+                let (rig, known) = (&rig.name, known.join(", "));
+                return Err(format!("--sensors {name}: rig {rig} has {known}").into());
             }
         }
         let is_infrared = |mount: &SensorMount| matches!(mount.sensor, Sensor::Infrared(_));

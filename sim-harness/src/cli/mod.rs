@@ -51,7 +51,7 @@ enum IpfCommand {
     Figures(figures::Figures),
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
-    /// Map a recorded drive of any robot with sonars or a laser.
+    /// Map a recorded drive: an AMiRo's, or any robot's with sonars or a laser.
     Map(map::MapCommand),
     /// Record a robot that reads its own sensors and odometry.
     Record(record::RecordCommand),

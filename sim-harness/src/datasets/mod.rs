@@ -102,7 +102,7 @@ pub trait Dataset: Sync {
 /// each of [`DATASETS`] looks for.
 pub fn recognise(path: &Path) -> Result<&'static dyn Dataset, DatasetError> {
     let file = shown(path);
-    if let Err(source) = std::fs::metadata(path) {
+    if let Err(source) = check_readable(path) {
         return Err(DatasetError::Read { file, source });
     }
     let mut all = DATASETS.into_iter();
@@ -113,4 +113,20 @@ pub fn recognise(path: &Path) -> Result<&'static dyn Dataset, DatasetError> {
                 .map(|dataset| format!("{} ({})", dataset.looks_for(), dataset.name()))
                 .join("; or "),
         })
+}
+
+/// Whether a drive's file or folder can be opened; a file must hold something.
+fn check_readable(path: &Path) -> std::io::Result<()> {
+    let found = std::fs::metadata(path)?;
+    if found.is_dir() {
+        return std::fs::read_dir(path).map(drop);
+    }
+    if !found.is_file() {
+        return Err(std::io::Error::other("is neither a file nor a folder"));
+    }
+    std::fs::File::open(path)?;
+    if found.len() == 0 {
+        return Err(std::io::Error::other("is empty"));
+    }
+    Ok(())
 }

@@ -425,6 +425,29 @@ fn a_named_pipe_is_refused_as_output_and_interruptible_as_input() {
 }
 
 #[test]
+fn a_named_pipe_in_the_output_folder_is_refused_before_it_is_opened() {
+    let folder = Folder::new("fifos");
+    let (robond, rig) = (
+        concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/robond"),
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/kcma.toml"),
+    );
+    std::fs::create_dir(folder.0.join("o")).unwrap();
+    for name in ["map.png", "map.pgm", "map.yaml", "summary.json"] {
+        let pipe = folder.0.join("o").join(name);
+        let made = Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let output = folder
+            .ipf(&["map", robond, "--rig", rig, "--out", "o"])
+            .output();
+        let output = output.unwrap();
+        let shown = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{name}: {shown}");
+        assert!(shown.contains("is a named pipe"), "{name}: {shown}");
+        std::fs::remove_file(pipe).unwrap();
+    }
+}
+
+#[test]
 fn a_recording_of_a_robot_goes_to_no_device_but_null() {
     let folder = Folder::new("devices");
     folder.refuses(&[
