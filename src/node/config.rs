@@ -126,38 +126,7 @@ impl Config {
             unless((0.001..=0.1).contains(&step_m), "step_m", "0.001 to 0.1 m")?;
         }
         self.parameters.validate()?;
-        let photometry = &self.photometry;
-        unless(
-            (0.001..=100.0).contains(&photometry.alpha_counts_m2),
-            "alpha_counts_m2",
-            "0.001 to 100 counts m^2",
-        )?;
-        unless(
-            (-5000.0..=5000.0).contains(&photometry.beta_counts),
-            "beta_counts",
-            "-5000 to 5000 counts",
-        )?;
-        unless(
-            (-0.01..=0.01).contains(&photometry.delta_m2),
-            "delta_m2",
-            "-0.01 to 0.01 m^2",
-        )?;
-        unless((0.5..=1.45).contains(&photometry.xi), "xi", "0.5 to 1.45")?;
-        unless(
-            photometry.sigma_counts > 0.0 && photometry.sigma_counts <= 1000.0,
-            "sigma_counts",
-            "above 0, to 1000 counts",
-        )?;
-        unless(
-            (0.02..=0.45).contains(&photometry.x_max_m),
-            "x_max_m",
-            "0.02 to 0.45 m",
-        )?;
-        unless(
-            (0.1..=1.05).contains(&photometry.theta_max_rad),
-            "theta_max_rad",
-            "0.1 to 1.05 rad",
-        )?;
+        validate_photometry(&self.photometry)?;
         unless(
             (0.0..=0.25).contains(&self.ring.radius_m),
             "ring radius_m",
@@ -174,6 +143,42 @@ impl Config {
             "0.01 to 1 m",
         )
     }
+}
+
+/// Checks the ranges of a sensor law's constants.
+fn validate_photometry(photometry: &Photometry) -> Result<(), ParameterError> {
+    let unless = ParameterError::unless;
+    unless(
+        (0.001..=100.0).contains(&photometry.alpha_counts_m2),
+        "alpha_counts_m2",
+        "0.001 to 100 counts m^2",
+    )?;
+    unless(
+        (-5000.0..=5000.0).contains(&photometry.beta_counts),
+        "beta_counts",
+        "-5000 to 5000 counts",
+    )?;
+    unless(
+        (-0.01..=0.01).contains(&photometry.delta_m2),
+        "delta_m2",
+        "-0.01 to 0.01 m^2",
+    )?;
+    unless((0.5..=1.45).contains(&photometry.xi), "xi", "0.5 to 1.45")?;
+    unless(
+        photometry.sigma_counts > 0.0 && photometry.sigma_counts <= 1000.0,
+        "sigma_counts",
+        "above 0, to 1000 counts",
+    )?;
+    unless(
+        (0.02..=0.45).contains(&photometry.x_max_m),
+        "x_max_m",
+        "0.02 to 0.45 m",
+    )?;
+    unless(
+        (0.1..=1.05).contains(&photometry.theta_max_rad),
+        "theta_max_rad",
+        "0.1 to 1.05 rad",
+    )
 }
 
 impl Default for Config {

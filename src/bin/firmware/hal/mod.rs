@@ -123,11 +123,8 @@ impl StartedBoard {
         let led = Led(gpio_b.pb12.into_open_drain_output_in_state(PinState::High));
         let bus_hz = rcc.clocks.pclk1().raw();
         let timing = I2cTiming::fast(bus_hz);
-        I2C1::enable(&mut rcc);
-        I2C1::reset(&mut rcc);
+        enable_buses(&mut rcc);
         let port_one = Port::one(device.I2C1, gpio_b.pb8, gpio_b.pb9, core_hz);
-        I2C2::enable(&mut rcc);
-        I2C2::reset(&mut rcc);
         let port_two = Port::two(device.I2C2, gpio_b.pb10, gpio_b.pb11, core_hz);
         // The pins stay in their function when the values that name them are gone.
         let _: can1::Rx = gpio_a.pa11.into_alternate().into();
@@ -163,6 +160,14 @@ impl StartedBoard {
             programming_port,
         }
     }
+}
+
+/// Clocks both I2C units and resets them.
+fn enable_buses(rcc: &mut Rcc) {
+    I2C1::enable(rcc);
+    I2C1::reset(rcc);
+    I2C2::enable(rcc);
+    I2C2::reset(rcc);
 }
 
 impl BootInfo {
