@@ -17,7 +17,7 @@
 //! [`clock_choice`] starts the best clock that the board has, [`budget`] holds the sizes
 //! of the image's statics.
 //!
-//! The flash image implements the traits [`i2c::Registers`], [`can::Registers`] and
+//! The flash image implements the traits [`i2c::I2cRegisters`], [`can::CanRegisters`] and
 //! [`clock_choice::ClockUnit`] with the STM32F405's registers, the tests with models.
 
 pub mod acquisition;

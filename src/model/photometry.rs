@@ -112,7 +112,7 @@ impl Photometry {
 
     /// Range at which a surface under the given bearing returns the given counts.
     ///
-    /// `None` as for [`directivity`](Self::directivity) and [`echo`](Self::echo).
+    /// `None` as for [`directivity`](Self::directivity) and [`range_estimate`](Self::range_estimate).
     #[must_use]
     pub fn range_m(&self, counts: f32, bearing_rad: f32) -> Option<f32> {
         let lobe = math::sqrt(self.directivity(bearing_rad)?);

@@ -46,8 +46,8 @@ pub(super) struct ComparisonArguments {
     /// patch (the sum of all, by Lambert's law).
     #[arg(long, default_value_t, value_name = "PHYSICS")]
     physics: Physics,
-    /// Odometry: truth, wheel-errors[:PERCENT:DEGREES[:DRIFT:SLIP]] as in `simulate`, or amiro
-    /// (as on its bus, compared with exact poses and with no prediction).
+    /// Odometry: truth, wheel-errors (with numbers as in `simulate`), or amiro (as on its
+    /// bus, compared with exact poses and with no prediction).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
     pub(super) odometry: OdometryModel,
     /// Gain of the law in filters and ISM, counts m^2.

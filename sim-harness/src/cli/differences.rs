@@ -31,8 +31,9 @@ pub(super) struct Differences {
     #[arg(long, value_name = "M2", allow_hyphen_values = true)]
     delta: Option<f64>,
     /// Odometry: truth, wheel-errors (1 %, 2 degrees per root metre),
-    /// wheel-errors:PERCENT:DEGREES[:DRIFT:SLIP] (degrees per metre, percent), amiro (as
-    /// on its bus), or amiro-undated (as amiro, each pose taken for current).
+    /// wheel-errors:PERCENT:DEGREES, wheel-errors:PERCENT:DEGREES:DRIFT:SLIP (degrees per
+    /// metre, percent), amiro (as on its bus), or amiro-undated (as amiro, each pose taken for
+    /// current).
     #[arg(long, default_value_t, value_name = "ODOMETRY")]
     odometry: OdometryModel,
 }

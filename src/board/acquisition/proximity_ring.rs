@@ -76,7 +76,7 @@ pub const AMIRO_CONNECTIONS: [SensorConnection; SENSORS] = [
     SensorConnection::on(Bus::I2c1, Channel::Zero),
 ];
 
-/// The eight sensors, their states and their values; see the [module](self).
+/// The eight sensors, their states and their values.
 #[derive(Clone, Debug)]
 pub struct ProximityRing {
     first: MuxedBus,

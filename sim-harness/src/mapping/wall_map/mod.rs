@@ -83,9 +83,8 @@ pub struct SensorGain {
 
 /// Maps straight walls by a fit to all signals of a drive.
 ///
-/// The method is described [here](self). Records other than scans with signals are passed
-/// over. The work is done by `finish`, which does nothing if no scan was taken since it was
-/// called last.
+/// Records other than scans with signals are passed over. The work is done by `finish`,
+/// which does nothing if no scan was taken since its last call.
 #[derive(Clone, Debug)]
 pub struct WallMapper {
     parameters: WallMapParameters,

@@ -56,7 +56,7 @@ pub struct WallSegment {
 /// `from`, then by x and y of `to`.
 pub type EndGradient = [f64; 4];
 
-/// The law of [`wall_law`](self) for one kind of sensor and surface.
+/// The law of straight walls for one kind of sensor and surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallLaw {
     /// alpha / S0, counts m^2.
