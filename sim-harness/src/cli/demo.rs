@@ -7,7 +7,7 @@ use amiro_ipf::node::Config;
 use clap::Args;
 use sim_harness::evaluation::{SCORES_IN_WORDS, Scores, Truth};
 use sim_harness::mapping::{AllFreeMapper, Mapper};
-use sim_harness::report::{CellWindow, Picture, beside, save_survey_map, survey_picture};
+use sim_harness::report::{CellWindow, Picture, beside, run_picture, save_run_map};
 use sim_harness::world::{Scenario, simulate};
 use sim_harness::{RunRecord, console, output, run};
 
@@ -37,29 +37,29 @@ impl Demo {
         arguments::check_folder("--out", &self.out)?;
         let scenario = Scenario::parse(MSOD)?;
         let profiles = [("paper", Profile::Paper), ("plus", Profile::Plus)];
-        let mut surveys = Vec::new();
+        let mut run_records = Vec::new();
         let mut report = Vec::new();
         for (name, profile) in profiles {
-            let (survey, scores) = self.map(&scenario, profile)?;
+            let (run_record, scores) = self.map(&scenario, profile)?;
             report.push(format!("{name:>8}  {scores}"));
-            surveys.push((name, survey));
+            run_records.push((name, run_record));
         }
-        if let Some((_, survey)) = surveys.first() {
+        if let Some((_, run_record)) = run_records.first() {
             let map = AllFreeMapper::new(scenario.cell_m, Some(&scenario.extent)).map();
-            let scores = Scores::of(&map, &Truth::of(&scenario, survey.poses()));
+            let scores = Scores::of(&map, &Truth::of(&scenario, run_record.poses()));
             report.push(format!("{:>8}  {scores}", "all-free"));
         }
         // One window for both, so that the pictures lie side by side at one scale.
-        let window = surveys
+        let window = run_records
             .iter()
-            .filter_map(|(_, survey)| CellWindow::known(&survey.map()))
+            .filter_map(|(_, run_record)| CellWindow::known(&run_record.map()))
             .reduce(CellWindow::joined);
         let mut pictures: Vec<Picture> = Vec::new();
-        for (name, survey) in &surveys {
-            let picture = survey_picture(survey, name, Some(&scenario), window);
+        for (name, run_record) in &run_records {
+            let picture = run_picture(run_record, name, Some(&scenario), window);
             let folder = self.out.join(name);
             output::create_folder(&folder)?;
-            save_survey_map(survey, &picture, &folder)?;
+            save_run_map(run_record, &picture, &folder)?;
             pictures.push(picture);
         }
         let both = self.out.join("both.png");
@@ -90,11 +90,12 @@ impl Demo {
             seed: self.seed,
             ..scenario.config(profile)
         };
-        let mut survey = RunRecord::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
+        let mut run_record =
+            RunRecord::new(&config, scenario.cell_m, self.footprint.radius_m(&config));
         run(&config, &simulate(scenario, self.seed).inputs, |event| {
-            survey.take(event)
+            run_record.take(event)
         })?;
-        let scores = Scores::of(&survey.map(), &Truth::of(scenario, survey.poses()));
-        Ok((survey, scores))
+        let scores = Scores::of(&run_record.map(), &Truth::of(scenario, run_record.poses()));
+        Ok((run_record, scores))
     }
 }

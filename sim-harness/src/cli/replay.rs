@@ -89,7 +89,7 @@ impl Replay {
             is_scored: scenario.is_some(),
         };
         let run = self.target.replay(&plan, &mut recording)?;
-        let steps = run.survey.statistics().steps;
+        let steps = run.run_record.statistics().steps;
         let why_none = run.input_check.finish(&config, steps, run.outcome.faults());
         if let Some(reason) = why_none {
             let what = format!("{}: {reason}", self.file.display());

@@ -7,7 +7,7 @@ use sim_harness::device::{ReplayPlan, Replayed};
 use sim_harness::evaluation::{ScoreRecord, event_scores};
 use sim_harness::log::StoredRecording;
 use sim_harness::output;
-use sim_harness::report::{RunSummary, WallReports, save_survey_map, survey_picture};
+use sim_harness::report::{RunSummary, WallReports, run_picture, save_run_map};
 use sim_harness::world::Scenario;
 
 use super::replay_report;
@@ -32,23 +32,23 @@ impl ReplayFiles<'_> {
         recording: &mut StoredRecording,
         mut run: Replayed,
     ) -> Result<(), Box<dyn Error>> {
-        let survey = &run.survey;
-        let figures = survey.statistics();
+        let run_record = &run.run_record;
+        let figures = run_record.statistics();
         let hull = plan.hull_radius_m;
         let scores = match self.scenario.zip(run.events.all.take()) {
             Some((scenario, events)) => Some(event_scores(
                 plan.config,
                 scenario,
                 hull,
-                survey.poses(),
+                run_record.poses(),
                 events,
             )?),
             None => None,
         };
-        let walls = self.scenario.is_none().then(|| WallReports::of(survey));
+        let walls = self.scenario.is_none().then(|| WallReports::of(run_record));
         output::create_folder(self.out)?;
-        let picture = survey_picture(survey, self.title, self.scenario, None);
-        save_survey_map(survey, &picture, self.out)?;
+        let picture = run_picture(run_record, self.title, self.scenario, None);
+        save_run_map(run_record, &picture, self.out)?;
         plan.save_stream(&self.out.join("stream.ipf"), recording, run.answered)?;
         let overview = recording.overview();
         let summary = RunSummary {

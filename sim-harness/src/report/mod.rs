@@ -27,4 +27,4 @@ pub use map_server::MapServerPair;
 pub use paper::{FigureError, PageSection, PageTable, Panel, PanelRow, PaperFigure, page};
 pub use picture::{Colour, Picture, beside};
 pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};
-pub use run_files::{RUN_FILES, RunSummary, WallReports, save_survey_map, survey_picture};
+pub use run_files::{RUN_FILES, RunSummary, WallReports, run_picture, save_run_map};

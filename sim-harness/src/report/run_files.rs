@@ -45,15 +45,15 @@ pub struct WallReports {
 }
 
 impl WallReports {
-    /// Looks beside the path of a survey.
+    /// The walls beside the path of a run.
     #[must_use]
-    pub fn of(survey: &RunRecord) -> Self {
-        let (map, path) = (survey.map(), survey.path());
+    pub fn of(run_record: &RunRecord) -> Self {
+        let (map, path) = (run_record.map(), run_record.path());
         let surroundings = MappedPath {
             map: &map,
-            counted: &survey.counted_map(),
+            counted: &run_record.counted_map(),
             path: &path,
-            jumps: survey.jumps(),
+            jumps: run_record.jumps(),
         };
         let legs = WallReport::by_leg(&surroundings);
         Self {
@@ -90,27 +90,27 @@ impl RunSummary {
     }
 }
 
-/// The picture of a survey, with the outlines of a known world in red.
+/// The picture of a run, with the outlines of a known world in red.
 #[must_use]
-pub fn survey_picture(
-    survey: &RunRecord,
+pub fn run_picture(
+    run_record: &RunRecord,
     title: &str,
     scenario: Option<&Scenario>,
     window: Option<CellWindow>,
 ) -> Picture {
-    let path = survey.path();
+    let path = run_record.path();
     let outlines = scenario.map(outlines).unwrap_or_default();
-    let heading = survey.poses().last().map(Pose2::heading_rad);
+    let heading = run_record.poses().last().map(Pose2::heading_rad);
     MapPicture {
         robot_radius_m: None,
         title: Some(title),
         path: &path,
-        jumps: survey.jumps(),
+        jumps: run_record.jumps(),
         final_heading_rad: heading,
         outlines: &outlines,
         window,
     }
-    .render(&survey.map())
+    .render(&run_record.map())
 }
 
 /// The files of a mapped run.
@@ -126,11 +126,11 @@ pub const RUN_FILES: [&str; 5] = [
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn save_survey_map(
-    survey: &RunRecord,
+pub fn save_run_map(
+    run_record: &RunRecord,
     picture: &Picture,
     folder: &Path,
 ) -> Result<(), WriteError> {
     picture.save_png(&folder.join("map.png"))?;
-    MapServerPair::new(&survey.map()).save(folder)
+    MapServerPair::new(&run_record.map()).save(folder)
 }

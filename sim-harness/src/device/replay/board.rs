@@ -27,7 +27,7 @@ pub fn replay_on_board(
     let mut comparison = Comparison::default();
     let (outcome, input_check) = expect_host(plan, recording, &mut comparison)?;
     let comparison = RefCell::new(comparison);
-    let mut survey = plan.survey();
+    let mut run_record = plan.run_record();
     let mut events = KeptEvents::new(plan.is_scored);
     let mut answered = Spool::default();
     let mut slowest_step_cycles = 0;
@@ -40,7 +40,7 @@ pub fn replay_on_board(
             comparison.borrow_mut().meet(message);
             match message {
                 Message::Event(event) => {
-                    survey.take(event);
+                    run_record.take(event);
                     events.take(event);
                 }
                 Message::Status(status) => {
@@ -58,7 +58,7 @@ pub fn replay_on_board(
     listen(board, |message| comparison.meet(message))?;
     answered.write(&board.take_raw());
     Ok(Replayed {
-        survey,
+        run_record,
         events,
         answered,
         comparison: Some(comparison.verdict(board.boot(), &board.tally())),

@@ -23,7 +23,7 @@ pub fn replay_on_host(
     on_bytes: &mut dyn FnMut(ReplayPass, u64),
 ) -> Result<Replayed, ReplayError> {
     let is_compared = plan.is_compared(recording.overview());
-    let mut survey = plan.survey();
+    let mut run_record = plan.run_record();
     let mut events = KeptEvents::new(plan.is_scored);
     let mut line = plan
         .has_line_faults()
@@ -33,7 +33,7 @@ pub fn replay_on_host(
     let mut comparison = Comparison::default();
     let mut input_check = InputCheck::default();
     let mut arrive = |event: &Event| {
-        survey.take(event);
+        run_record.take(event);
         events.take(event);
     };
     let mut inputs = recording.inputs(|bytes| on_bytes(ReplayPass::Replay, bytes))?;
@@ -63,7 +63,7 @@ pub fn replay_on_host(
         meet_recorded(recording, &mut comparison, on_bytes)?;
     }
     Ok(Replayed {
-        survey,
+        run_record,
         events,
         answered,
         comparison: is_compared.then(|| comparison.verdict_of_recording()),

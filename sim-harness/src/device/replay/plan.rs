@@ -61,8 +61,8 @@ impl ReplayPlan<'_> {
         })
     }
 
-    /// An empty survey.
-    pub(super) fn survey(&self) -> RunRecord {
+    /// An empty run record.
+    pub(super) fn run_record(&self) -> RunRecord {
         RunRecord::new(self.config, self.cell_m, self.hull_radius_m)
     }
 }

@@ -11,8 +11,8 @@ use crate::{RunOutcome, RunRecord};
 #[derive(Debug)]
 pub struct Replayed {
     /// Map, path and counts.
-    pub survey: RunRecord,
-    /// What of the events the survey does not keep.
+    pub run_record: RunRecord,
+    /// What of the events the run record does not keep.
     pub events: KeptEvents,
     /// The bytes of what was answered.
     pub answered: Spool,
@@ -29,7 +29,7 @@ pub struct Replayed {
     pub slowest_step_cycles: u32,
 }
 
-/// What of a run's events is needed besides the survey.
+/// What of a run's events is needed besides the run record.
 #[derive(Debug)]
 pub struct KeptEvents {
     /// How often the odometry was reset.
