@@ -4,7 +4,7 @@
 #![cfg(unix)]
 
 use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 use std::thread;
 use std::time::Duration;
@@ -17,6 +17,9 @@ use amiro_ipf::link::{
 };
 use amiro_ipf::node::{Event, Input, InputError};
 use serialport::{SerialPort, TTYPort};
+use tempfile::TempDir;
+
+use crate::common;
 
 /// What a board says under a boot id, and why it refuses the input that it has heard.
 #[derive(Default)]
@@ -103,23 +106,15 @@ fn printed(output: &Output) -> String {
 }
 
 /// A folder for what a command writes; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ipf-{name}-{}.d", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     fn file(&self, name: &str) -> String {
-        self.0.join(name).to_str().unwrap().to_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        self.0.path().join(name).to_str().unwrap().to_owned()
     }
 }
 

@@ -15,6 +15,9 @@ use amiro_ipf::link::{Encoder, Message};
 use amiro_ipf::model::{SENSORS, Sample};
 use amiro_ipf::node::{Config, Input};
 use sim_harness::log::RecordingWriter;
+use tempfile::TempDir;
+
+use crate::common;
 
 /// Text that would clear a terminal, set its title, go back in the line and begin a line
 /// of its own; with the eight-bit control sequence introducer too.
@@ -25,31 +28,21 @@ fn ipf() -> Command {
 }
 
 /// A folder for what a command reads and writes; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("ipf-console-{name}-{}.d", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     fn with(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.file(name);
         fs::write(&path, content).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -211,7 +204,7 @@ fn no_name_of_a_file_or_word_reaches_the_terminal_with_its_control_characters() 
     let folder = Folder::new("hostile-names");
     let drive = drive(&folder);
     let hostile = |end: &str| {
-        let mut name = folder.0.clone().into_os_string().into_vec();
+        let mut name = folder.0.path().as_os_str().to_owned().into_vec();
         // A slash would be another folder; the last byte is no UTF-8.
         name.extend(format!("/{HOSTILE}{end}").bytes());
         name.push(0xff);

@@ -1,5 +1,8 @@
 //! The command line of `cargo ipf`.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod command_line;
 mod console;
 mod map;

@@ -3,21 +3,21 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+use crate::common;
 
 /// A folder for a drive and its map; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ipf-map-{name}-{}.d", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     /// A copy of the sonar drive in this folder, its files changed.
     fn drive(&self, change: impl Fn(&str, String) -> String) -> String {
-        let drive = self.0.join("drive");
+        let drive = self.0.path().join("drive");
         fs::create_dir_all(&drive).unwrap();
         for name in ["poses.txt", "measurement.txt"] {
             let text = fs::read_to_string(root().join(ROBOND).join(name)).unwrap();
@@ -27,7 +27,7 @@ impl Folder {
     }
 
     fn out(&self) -> PathBuf {
-        self.0.join("out")
+        self.0.path().join("out")
     }
 
     /// Maps a drive into `out`: exit code, and what was printed.
@@ -56,12 +56,6 @@ impl Folder {
         let (code, _) = self.map(drive, rig, options);
         assert_eq!(code, Some(2), "{options:?}");
         assert!(!self.out().exists(), "{options:?}: no folder is made");
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -139,7 +133,7 @@ fn a_map_of_nothing_is_not_written_and_the_reason_is_printed() {
 #[test]
 fn what_is_missing_is_named_with_what_was_looked_for() {
     let folder = Folder::new("missing");
-    let nowhere = folder.0.join("nowhere");
+    let nowhere = folder.0.path().join("nowhere");
     let nowhere = nowhere.to_str().unwrap();
     folder.refuses(nowhere, KCMA, &[], "nowhere: No such file");
     folder.refuses(
@@ -202,7 +196,7 @@ fn an_out_that_is_a_file_and_a_rig_without_end_are_refused_before_the_work() {
     assert_eq!(code, Some(2), "{shown}");
     assert!(shown.contains("--out: cannot write "), "{shown}");
     assert_eq!(fs::read(folder.out()).unwrap(), b"old");
-    let long = folder.0.join("long.toml");
+    let long = folder.0.path().join("long.toml");
     fs::write(&long, "# ".repeat(1 << 20)).unwrap();
     fs::remove_file(folder.out()).unwrap();
     let (code, shown) = folder.map(&path(ROBOND), long.to_str().unwrap(), &[]);
@@ -227,7 +221,7 @@ fn amiro_text(rows: u32) -> String {
 #[test]
 fn an_amiros_recording_is_mapped_with_every_step_and_cells_of_10_mm() {
     let folder = Folder::new("amiro");
-    let drive = folder.0.join("drive.txt");
+    let drive = folder.0.path().join("drive.txt");
     fs::write(&drive, amiro_text(101)).unwrap();
     let drive = drive.to_str().unwrap();
     let rig = "rigs/amiro.toml";
@@ -261,7 +255,7 @@ fn an_amiros_recording_is_mapped_with_every_step_and_cells_of_10_mm() {
 #[test]
 fn an_amiro_that_stands_still_gives_no_map() {
     let folder = Folder::new("standing");
-    let drive = folder.0.join("drive.txt");
+    let drive = folder.0.path().join("drive.txt");
     // The noise of a sensor: a row that repeats the one before is left out.
     let rows = (0..20).map(|row| {
         format!(

@@ -5,19 +5,18 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+use crate::common;
 
 /// A folder to run the program in; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("ipf-options-{name}-{}.d", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     /// The program in this folder; a path of the arguments is relative to it.
@@ -64,12 +63,6 @@ impl Folder {
     }
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 fn scenario() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/ssso.toml");
     path.canonicalize().unwrap().to_str().unwrap().to_owned()
@@ -78,7 +71,7 @@ fn scenario() -> String {
 #[test]
 fn an_option_that_would_do_nothing_is_refused() {
     let folder = Folder::new("idle-options");
-    fs::write(folder.0.join("image.elf"), b"").unwrap();
+    fs::write(folder.0.path().join("image.elf"), b"").unwrap();
     folder.refuses(&[
         ("evaluate --alpha 1 --calibrate", "cannot be used with"),
         (
@@ -257,8 +250,8 @@ fn a_value_outside_its_range_is_refused_before_any_work() {
 #[test]
 fn a_path_that_cannot_be_written_is_refused_before_any_work_and_named() {
     let folder = Folder::new("paths");
-    fs::write(folder.0.join("file"), b"old").unwrap();
-    fs::create_dir(folder.0.join("folder")).unwrap();
+    fs::write(folder.0.path().join("file"), b"old").unwrap();
+    fs::create_dir(folder.0.path().join("folder")).unwrap();
     let dash = "standard output is not written to; ./- is a file of that name";
     folder.refuses(&[
         ("demo --out -", dash),
@@ -333,7 +326,7 @@ fn a_path_that_cannot_be_written_is_refused_before_any_work_and_named() {
             "--out: cannot write missing/y: No such file",
         ),
     ]);
-    assert_eq!(fs::read(folder.0.join("file")).unwrap(), b"old");
+    assert_eq!(fs::read(folder.0.path().join("file")).unwrap(), b"old");
 }
 
 #[test]
@@ -345,7 +338,7 @@ fn a_recording_on_standard_output_is_the_recording_of_a_file() {
     let piped = folder.run(&["simulate", &scenario, "--out", "-"]);
     assert_eq!(piped.status.code(), Some(0), "{piped:?}");
     assert_eq!(folder.names(), ["drive.ipf"], "no file is named -");
-    let drive = fs::read(folder.0.join("drive.ipf")).unwrap();
+    let drive = fs::read(folder.0.path().join("drive.ipf")).unwrap();
     assert!(piped.stdout == drive, "the bytes differ");
     let report = String::from_utf8_lossy(&piped.stderr);
     assert!(report.starts_with("-: "), "{report}");
@@ -361,7 +354,7 @@ fn a_recording_on_standard_output_is_the_recording_of_a_file() {
         .write_all(&piped.stdout)
         .unwrap();
     assert_eq!(replay.wait().unwrap().code(), Some(0));
-    assert!(folder.0.join("out/map.png").exists());
+    assert!(folder.0.path().join("out/map.png").exists());
 }
 
 #[test]
@@ -400,7 +393,9 @@ fn a_recording_on_a_closed_standard_output_ends_with_5() {
 #[test]
 fn a_named_pipe_is_refused_as_output_and_interruptible_as_input() {
     let folder = Folder::new("fifo");
-    let made = Command::new("mkfifo").arg(folder.0.join("fifo")).status();
+    let made = Command::new("mkfifo")
+        .arg(folder.0.path().join("fifo"))
+        .status();
     assert!(made.unwrap().success());
     folder.refuses(&[
         ("record --on x --out fifo", "--out fifo: is a named pipe"),
@@ -431,9 +426,9 @@ fn a_named_pipe_in_the_output_folder_is_refused_before_it_is_opened() {
         concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/robond"),
         concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/kcma.toml"),
     );
-    std::fs::create_dir(folder.0.join("o")).unwrap();
+    std::fs::create_dir(folder.0.path().join("o")).unwrap();
     for name in ["map.png", "map.pgm", "map.yaml", "summary.json"] {
-        let pipe = folder.0.join("o").join(name);
+        let pipe = folder.0.path().join("o").join(name);
         let made = Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         let output = folder
@@ -497,7 +492,7 @@ fn names_of_up_to_255_bytes_are_written() {
         let output = folder.run(&["simulate", &scenario(), "--out", &name]);
         assert_eq!(output.status.code(), Some(0), "{length}: {output:?}");
         assert_eq!(folder.names(), [name.as_str()]);
-        fs::remove_file(folder.0.join(name)).unwrap();
+        fs::remove_file(folder.0.path().join(name)).unwrap();
     }
     let name = "n".repeat(256);
     let output = folder.run(&["simulate", &scenario(), "--out", &name]);
@@ -514,7 +509,7 @@ fn names_of_up_to_255_bytes_are_written() {
 fn an_output_that_is_a_mount_point_is_written() {
     let folder = Folder::new("mounted");
     for name in ["mounted", "source"] {
-        fs::write(folder.0.join(name), b"old").unwrap();
+        fs::write(folder.0.path().join(name), b"old").unwrap();
     }
     let command = format!(
         "mount --bind source mounted && echo mounted && exec '{}' simulate '{}' --out mounted",
@@ -528,7 +523,7 @@ fn an_output_that_is_a_mount_point_is_written() {
     match unshared {
         Ok(output) if output.stdout.starts_with(b"mounted\n") => {
             assert_eq!(output.status.code(), Some(0), "{output:?}");
-            let written = fs::read(folder.0.join("source")).unwrap();
+            let written = fs::read(folder.0.path().join("source")).unwrap();
             assert!(written.len() > 1000, "{} bytes", written.len());
             assert_eq!(folder.names(), ["mounted", "source"]);
         }

@@ -1,13 +1,15 @@
 //! `cargo ipf evaluate --recordings`: anybody's series, and descriptions that are refused.
 
 use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::model::{Photometry, Ring, Sample, SensorMask};
 use amiro_ipf::random::Generator;
 use sim_harness::world::{Physics, Scenario, Sensing};
+use tempfile::TempDir;
+
+use crate::common;
 
 /// Two series beside a wall 50 mm to the left of the robot's rim.
 const DESCRIPTION: &str = r#"alpha_from = "near.txt"
@@ -41,21 +43,18 @@ radius_m = 0.03
 "#;
 
 /// A folder with recordings; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ipf-series-{name}-{}.d", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        let folder = Self(path);
+        let folder = Self(common::own_folder(name));
         folder.write("near.txt", &recording(14));
         folder.write("corner.txt", &recording(14));
         folder
     }
 
     fn write(&self, name: &str, text: &str) {
-        fs::write(self.0.join(name), text).unwrap();
+        fs::write(self.0.path().join(name), text).unwrap();
     }
 
     fn evaluate(&self, more: &[&str]) -> Output {
@@ -71,12 +70,6 @@ impl Folder {
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{description}\n{message}");
         message
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -113,7 +106,7 @@ fn a_folder_of_anybody_is_judged_by_its_own_description() {
     let shown = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(shown.contains("from near with the face abeam"), "{shown}");
-    let json = fs::read_to_string(folder.0.join("out.json")).unwrap();
+    let json = fs::read_to_string(folder.0.path().join("out.json")).unwrap();
     let records: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
     let names = records.iter().map(|record| {
         let text = |key: &str| record[key].as_str().unwrap().to_owned();
@@ -141,7 +134,7 @@ fn a_folder_of_anybody_is_judged_by_its_own_description() {
         "from = [0.3, 0.1]\nto = [0.0, 0.1]",
         1,
     );
-    fs::create_dir(folder.0.join("elsewhere")).unwrap();
+    fs::create_dir(folder.0.path().join("elsewhere")).unwrap();
     folder.write("elsewhere/other.toml", &turned);
     let other = [
         methods.as_slice(),
@@ -149,7 +142,7 @@ fn a_folder_of_anybody_is_judged_by_its_own_description() {
     ];
     let again = folder.evaluate(&other.concat());
     assert_eq!(again.status.code(), Some(0), "{again:?}");
-    let other = fs::read_to_string(folder.0.join("other.json")).unwrap();
+    let other = fs::read_to_string(folder.0.path().join("other.json")).unwrap();
     let other: Vec<serde_json::Value> = serde_json::from_str(&other).unwrap();
     assert_eq!(other[0]["recall_15"], first["recall_15"]);
     assert_eq!(other[0]["false_cells"], first["false_cells"]);
@@ -175,10 +168,14 @@ fn the_files_that_are_read_are_not_written() {
     let folder = Folder::new("input");
     folder.write("series.toml", DESCRIPTION);
     for file in ["near.txt", "series.toml"] {
-        let before = fs::read(folder.0.join(file)).unwrap();
+        let before = fs::read(folder.0.path().join(file)).unwrap();
         let output = folder.evaluate(&["--methods", "plus", "--json", file]);
         assert_eq!(output.status.code(), Some(2), "{output:?}");
-        assert_eq!(fs::read(folder.0.join(file)).unwrap(), before, "{file}");
+        assert_eq!(
+            fs::read(folder.0.path().join(file)).unwrap(),
+            before,
+            "{file}"
+        );
     }
 }
 
@@ -289,7 +286,7 @@ fn descriptions_that_are_wrong_are_refused_with_file_line_and_key() {
     assert!(message.contains("104 walls and shapes"), "{message}");
     let message = folder.refusal(&"#\n".repeat(1 << 20));
     assert!(message.contains("more than 1048576 bytes"), "{message}");
-    fs::write(folder.0.join("series.toml"), b"\xff\xfe").unwrap();
+    fs::write(folder.0.path().join("series.toml"), b"\xff\xfe").unwrap();
     assert_eq!(folder.evaluate(&[]).status.code(), Some(2));
 }
 

@@ -15,12 +15,19 @@ use std::sync::OnceLock;
 
 pub(crate) use shared::{can_emulate, report_skipped, root, rust_files, skip};
 use sim_harness::device::{Image, Layout, build_image};
+use tempfile::TempDir;
 
 /// The folder of recorded drives: `IPF_DATA`, or `../shared/data` beside the project.
 pub(crate) fn recordings() -> Option<PathBuf> {
     let folder =
         std::env::var_os("IPF_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
     folder.join("amiro").is_dir().then_some(folder)
+}
+
+/// A folder of its own for a test, removed when it is dropped.
+pub(crate) fn own_folder(name: &str) -> TempDir {
+    let prefix = format!("ipf-{name}-");
+    tempfile::Builder::new().prefix(&prefix).tempdir().unwrap()
 }
 
 /// The image, built once; `None`, said in one line, where it cannot be built or run.

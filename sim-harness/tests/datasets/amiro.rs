@@ -15,6 +15,7 @@ use sim_harness::mapping::{Map, Mapper, Method, Setup};
 use sim_harness::pipeline::{self, DriveOptions, DriveSummary};
 use sim_harness::rig::Rig;
 use sim_harness::world::{simulate, standard};
+use tempfile::TempDir;
 
 use crate::common;
 
@@ -98,24 +99,15 @@ fn assert_same(name: &str, found: &Map, expected: &Map) {
     assert!(cells(found) == cells(expected), "{name}");
 }
 
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ipf-amiro-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+        self.0.path().join(name)
     }
 }
 

@@ -38,6 +38,7 @@ use sim_harness::geometry::Pose2;
 use sim_harness::mapping::{CountingMapper, Mapper};
 use sim_harness::world::{Options, Scenario, simulate_with};
 use sim_harness::{log, run};
+use tempfile::TempDir;
 
 use crate::common;
 
@@ -605,27 +606,19 @@ fn live(port: &Path, master: TTYPort, orders: &Inbox<Order>) {
 }
 
 /// A folder for recordings; removed when dropped.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ipf-{name}-{}.d", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(common::own_folder(name))
     }
 
     fn part(&self, part: u32) -> PathBuf {
-        self.0.join(format!("{part}.ipf"))
+        self.0.path().join(format!("{part}.ipf"))
     }
 
     fn open(&self, part: u32) -> std::io::Result<BufWriter<File>> {
         Ok(BufWriter::new(File::create(self.part(part))?))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
