@@ -6,13 +6,13 @@
 use std::error::Error;
 use std::fmt;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
 use crate::escape::whole_escaped;
-use crate::log::{DECIDING_BYTES, is_of_a_robot};
+use crate::log::{head_of, is_of_a_robot};
 
 /// The kind of a path that is neither a file nor a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,11 +163,7 @@ pub fn check(outputs: &[PathBuf], inputs: &[&Path]) -> Result<(), WriteError> {
 
 /// Refuses a file that is the recording of a robot.
 fn check_replaceable(path: &Path) -> io::Result<()> {
-    let mut head = Vec::new();
-    File::open(path)?
-        .take(DECIDING_BYTES as u64)
-        .read_to_end(&mut head)?;
-    if is_of_a_robot(&head) {
+    if is_of_a_robot(&head_of(path)?) {
         return Err(io::Error::other(
             "it is the recording of a robot: write elsewhere, or remove it first",
         ));

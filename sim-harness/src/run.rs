@@ -31,7 +31,8 @@ impl RunOutcome {
         self.refusals.push((input, fault));
     }
 
-    fn count(&mut self, fault: InputError) {
+    /// Counts a refused input.
+    pub(crate) fn count(&mut self, fault: InputError) {
         let counters = InputError::ALL.into_iter().zip(&mut self.refused);
         for (_, counter) in counters.filter(|(word, _)| *word == fault) {
             *counter += 1;

@@ -9,8 +9,7 @@ use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
-use sim_harness::rig::{Rig, SensorMount};
-use sim_harness::sensors::Sensor;
+use sim_harness::rig::Rig;
 
 use super::keyframe_arguments::KeyframeArguments;
 use super::progress::PassProgress;
@@ -63,8 +62,7 @@ impl MapCommand {
                 return Err(format!("--sensors {name}: rig {rig} has {known}").into());
             }
         }
-        let is_infrared = |mount: &SensorMount| matches!(mount.sensor, Sensor::Infrared(_));
-        if method == Method::WALL_MAP && !rig.mounts.iter().any(is_infrared) {
+        if method.fits_signals && !rig.mounts.iter().any(|mount| mount.sensor.is_infrared()) {
             return Err(format!(
                 "--method {method} fits the signals of infrared sensors: rig {} has none",
                 rig.name

@@ -8,20 +8,18 @@
 //! A step lies 10 mm behind the one before: every step is mapped unless the user asks
 //! otherwise, and cells have 10 mm.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
-use amiro_ipf::node::{Config, InputError};
+use amiro_ipf::node::Config;
 
 use super::error::shown;
 use super::{
     Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, RefusedRows, UsualMapping,
 };
+use crate::RunOutcome;
 use crate::drive::{InputCheck, Keyframes, Record, StepRecords, replayed_config};
-use crate::log::{DECIDING_BYTES, Format, Refusals, StoredRecording, is_of_an_amiro};
+use crate::log::{Format, Refusals, StoredRecording, head_of, is_of_an_amiro};
 use crate::rig::Rig;
-use crate::sensors::Sensor;
 
 /// The format; see the module.
 #[derive(Clone, Copy, Debug)]
@@ -51,13 +49,7 @@ impl Dataset for Amiro {
     }
 
     fn recognises(&self, path: &Path) -> bool {
-        let head = || {
-            let mut head = Vec::new();
-            let file = File::open(path)?;
-            file.take(DECIDING_BYTES as u64).read_to_end(&mut head)?;
-            std::io::Result::Ok(head)
-        };
-        path.is_file() && head().is_ok_and(|head| is_of_an_amiro(&head))
+        path.is_file() && head_of(path).is_ok_and(|head| is_of_an_amiro(&head))
     }
 
     fn read(
@@ -82,26 +74,20 @@ impl Dataset for Amiro {
         let length = recording.length();
         let mut steps = StepRecords::new(config);
         let mut check = InputCheck::default();
-        let mut faults = [0_u64; InputError::ALL.len()];
+        let mut outcome = RunOutcome::default();
         let mut rows = recording.inputs(|bytes| on_bytes(length + bytes, Some(2 * length)))?;
         for input in rows.by_ref() {
             check.take(&input);
             if let Err(fault) = steps.take(&input, take) {
-                let counters = InputError::ALL.into_iter().zip(&mut faults);
-                for (_, counter) in counters.filter(|(word, _)| *word == fault) {
-                    *counter += 1;
-                }
+                outcome.count(fault);
             }
         }
         rows.finish()?;
-        let faults = InputError::ALL.into_iter().zip(faults);
-        let faults = faults.filter(|(_, count)| *count > 0);
-        if let Some(reason) = check.finish(&config, u64::from(steps.steps()), faults.clone()) {
+        if let Some(reason) = check.finish(&config, steps.steps().into(), outcome.faults()) {
             return Err(DatasetError::NoSteps { file, reason });
         }
-        notes.extend(
-            faults.map(|(fault, count)| format!("{count} inputs refused: {fault:?}, {fault}")),
-        );
+        let refusal = |(fault, count)| format!("{count} inputs refused: {fault:?}, {fault}");
+        notes.extend(outcome.faults().map(refusal));
         Ok(ReadRows {
             used: match format {
                 // A row is a reading and a pose.
@@ -133,10 +119,9 @@ fn check_rig(rig: &Rig, config: &Config) -> Result<Vec<String>, DatasetError> {
         rig: rig.name.clone(),
         needed,
     };
-    let is_infrared = |sensor: &Sensor| matches!(sensor, Sensor::Infrared(_));
     let count = recorded.mounts.len();
     let infrared = rig.mounts.iter().take(count);
-    if infrared.filter(|mount| is_infrared(&mount.sensor)).count() < count {
+    if infrared.filter(|mount| mount.sensor.is_infrared()).count() < count {
         let needed = format!("the recording needs {count} infrared sensors, in this order");
         return Err(error(needed));
     }

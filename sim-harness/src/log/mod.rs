@@ -32,7 +32,7 @@ mod stream;
 mod writer;
 
 pub use error::{LogError, Problem};
-pub(crate) use origin::{DECIDING_BYTES, is_of_a_robot, is_of_an_amiro};
+pub(crate) use origin::{head_of, is_of_a_robot, is_of_an_amiro};
 pub use overview::Overview;
 pub use reader::{MOST_BYTES, read, read_from};
 pub use recording::{Format, GroundTruth, Recording};

@@ -1,12 +1,28 @@
 //! Detects the recording of a robot, which cannot be repeated.
 
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
 use amiro_ipf::link::{Decoder, Message, Received};
 use amiro_ipf::node::{Input, Source};
 
 use super::stream::is_stream;
 
-/// How many bytes of a file's beginning are enough to decide.
-pub(crate) const DECIDING_BYTES: usize = 8192;
+/// Bytes of a file's beginning that are enough to decide.
+const DECIDING_BYTES: u64 = 8192;
+
+/// The beginning of a file, enough to decide what it is.
+///
+/// # Errors
+/// What the system reports.
+pub(crate) fn head_of(path: &Path) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(path)?
+        .take(DECIDING_BYTES)
+        .read_to_end(&mut head)?;
+    Ok(head)
+}
 
 /// Whether a file that begins with these bytes is the recording of a robot: AMiRo's text,
 /// or frames that begin with the configuration of a board that reads its own sensors.

@@ -22,6 +22,9 @@ pub struct Method {
     /// Profile of the inverse particle filter whose outcomes it maps; `None` for a method
     /// that needs no filter.
     pub profile: Option<Profile>,
+    /// Whether it fits the signals of infrared sensors by the law of extended surfaces: it
+    /// needs such sensors, and the gain of that law.
+    pub fits_signals: bool,
     /// Makes its mapper, with an empty map.
     pub build: fn(&Setup<'_>) -> Box<dyn Mapper>,
 }
@@ -101,10 +104,13 @@ impl Method {
         ism(s, InverseSensorParameters { decay_m, ..RANGE })
     });
     /// Straight walls fitted to all signals of a drive at once.
-    pub const WALL_MAP: Self = Self::new("wall-map", WALLS, |s| {
-        let parameters = WallMapParameters::STANDARD;
-        Box::new(WallMapper::new(s.cell_m, s.rig, parameters))
-    });
+    pub const WALL_MAP: Self = Self {
+        fits_signals: true,
+        ..Self::new("wall-map", WALLS, |s| {
+            let parameters = WallMapParameters::STANDARD;
+            Box::new(WallMapper::new(s.cell_m, s.rig, parameters))
+        })
+    };
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
@@ -135,6 +141,7 @@ impl Method {
             name,
             source,
             profile: None,
+            fits_signals: false,
             build,
         }
     }
@@ -144,6 +151,7 @@ impl Method {
             name,
             source,
             profile: Some(profile),
+            fits_signals: false,
             build: |setup| Box::new(CountingMapper::new(setup.cell_m)),
         }
     }

@@ -74,6 +74,12 @@ impl Sensor {
             Self::Scanner(scanner) => scanner,
         }
     }
+
+    /// Whether it is a reflective infrared sensor, whose scans carry signals.
+    #[must_use]
+    pub const fn is_infrared(&self) -> bool {
+        matches!(self, Self::Infrared(_))
+    }
 }
 
 /// One return and where its sensor was.

@@ -51,7 +51,7 @@ pub struct SeriesWalls {
     /// Occupied cells more than 20 mm from all objects.
     pub false_cells: usize,
     /// RMS of the distance of the walls' mapped ends from the true ones, along the walls,
-    /// metres; `None` for a method that places no ends, as for all methods of cells.
+    /// metres. Not computed yet: `None` for every method, also for one that places ends.
     pub end_error_m: Option<f64>,
 }
 
@@ -62,8 +62,8 @@ impl SeriesWalls {
         self.readings == RECORDED
     }
 
-    /// Maps a series by each method, under the given law; the map of walls under the law of
-    /// extended surfaces, which has another gain.
+    /// Maps a series by each method, under the given law; a method that fits signals under the
+    /// law of extended surfaces, which has another gain.
     pub(super) fn of(
         series: &Series,
         law: &Photometry,
@@ -71,10 +71,9 @@ impl SeriesWalls {
         settings: &RecordedSettings,
     ) -> Result<Vec<Self>, RecordedError> {
         let scored = |method: &Method| {
-            let is_of_walls = *method == Method::WALL_MAP;
             let config = Config {
                 sensors: series.used,
-                photometry: if is_of_walls { *wall_law } else { *law },
+                photometry: if method.fits_signals { *wall_law } else { *law },
                 particles_per_sensor: settings.particles_per_sensor,
                 ..Config::amiro(method.profile.unwrap_or(Profile::Paper))
             };
