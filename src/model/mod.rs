@@ -2,14 +2,15 @@
 //!
 //! [`Ring`] is the geometry of the sensors, [`Sample`] is what one of them delivers,
 //! [`Photometry`] is the law between counts and range (paper equation 5), [`Reading`]
-//! is a sample interpreted by that law. [`DifferentialDrive`] and [`InverseMotion`] are
-//! the kinematics of section 4.4.
+//! is a sample interpreted by that law. [`WallLaw`] is the law of walls, which fill the
+//! lobe. [`DifferentialDrive`] and [`InverseMotion`] are the kinematics of section 4.4.
 
 mod beam_pattern;
 mod inverse_kinematics;
 mod photometry;
 mod reading;
 mod ring;
+mod wall_law;
 
 pub use beam_pattern::BeamPattern;
 pub use inverse_kinematics::{
@@ -18,3 +19,4 @@ pub use inverse_kinematics::{
 pub use photometry::{Photometry, RangeEstimate};
 pub use reading::{Reading, Sample};
 pub use ring::{Mount, Ring, SENSORS, SensorMask};
+pub use wall_law::{MAX_WALLS, Wall, WallLaw, WallReturn};
