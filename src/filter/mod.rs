@@ -17,6 +17,7 @@ mod particles;
 mod propagate;
 mod redraw;
 mod resample;
+mod segments;
 mod step;
 mod tally;
 mod visibility;
@@ -26,6 +27,9 @@ pub use gating::Outcome;
 pub use model::Model;
 pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, SurvivalRule};
 pub use particles::ParticleSet;
+pub use segments::{
+    MAX_SEGMENTS, MAX_WINDOW, Segment, SegmentModel, SegmentParameters, SegmentTracker,
+};
 pub use step::InverseParticleFilter;
 pub use tally::Tally;
 pub use weigh::{Evaluation, Scan};

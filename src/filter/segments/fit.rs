@@ -1,0 +1,202 @@
+//! The joint fit of all segments to the readings of the window.
+
+use heapless::Vec;
+use nalgebra::Matrix4;
+
+use super::linear::{COORDINATES, MAX_UNKNOWNS, Slope, System};
+use super::segment::{Prior, Segment};
+use super::window::{Measured, Placed, Row, huber};
+use super::{MAX_SEGMENTS, SegmentModel};
+use crate::geometry::Point;
+use crate::model::{Wall, WallReturn};
+
+pub(super) type Segments = Vec<Segment, MAX_SEGMENTS>;
+
+/// Damping of the first iteration (Marquardt's lambda), and its factors after an
+/// iteration that lowered the cost and one that did not.
+const FIRST_DAMPING: f32 = 1e-3;
+const EASED: f32 = 0.3;
+const RAISED: f32 = 10.0;
+
+/// The readings that segments are fitted to.
+#[derive(Clone, Copy)]
+pub(super) struct Fit<'f> {
+    pub(super) model: &'f SegmentModel,
+    pub(super) rows: &'f [Row],
+}
+
+/// The walls that a sensor may see: those that are not frozen, but for one.
+pub(super) fn seen(
+    placed: &Placed,
+    segments: &[Segment],
+    without: Option<usize>,
+) -> Vec<Wall, MAX_SEGMENTS> {
+    let mut walls = Vec::new();
+    for (index, segment) in segments.iter().enumerate() {
+        if !segment.is_frozen && Some(index) != without {
+            let _ = walls.push(placed.see(&segment.ends));
+        }
+    }
+    walls
+}
+
+/// Derivatives of a residual for the segments that are not frozen, in the coordinates of
+/// their priors.
+pub(super) fn slopes(
+    placed: &Placed,
+    segments: &[Segment],
+    seen: &WallReturn,
+    factor: f32,
+) -> Vec<Slope, MAX_SEGMENTS> {
+    let mut slopes = Vec::new();
+    let active = segments.iter().filter(|segment| !segment.is_frozen);
+    for (index, (segment, ends)) in active.zip(&seen.gradient).enumerate() {
+        if ends.iter().all(|end| end.norm_squared() == 0.0) {
+            continue;
+        }
+        let [a, b] = ends.map(|end| {
+            let local = segment.prior.local(end.rotated(placed.axis));
+            Point::new(factor * local.x, factor * local.y)
+        });
+        let _ = slopes.push(Slope {
+            first: COORDINATES * index,
+            values: [a.x, a.y, b.x, b.y],
+        });
+    }
+    slopes
+}
+
+impl Fit<'_> {
+    /// Every reading of the window with its sensor's place.
+    pub(super) fn readings(&self) -> impl Iterator<Item = (Placed, &Measured)> {
+        self.rows.iter().flat_map(|row| {
+            let sensors = self.model.mounts.iter().zip(&row.measured);
+            sensors
+                .filter(|(_, measured)| measured.inverse_sigma > 0.0)
+                .map(|(mount, measured)| (row.place(mount), measured))
+        })
+    }
+
+    /// Cost of the readings, with all segments or without one.
+    pub(super) fn readings_cost(&self, segments: &[Segment], without: Option<usize>) -> f32 {
+        let parameters = &self.model.parameters;
+        self.readings().fold(0.0, |sum, (placed, measured)| {
+            let signal = self.model.law.signal(&seen(&placed, segments, without));
+            sum + huber(measured.residual(signal, parameters), parameters.huber).0
+        })
+    }
+
+    /// Cost of the readings and the priors.
+    pub(super) fn cost(&self, segments: &[Segment]) -> f32 {
+        let priors = segments.iter().filter(|segment| !segment.is_frozen);
+        let priors = priors.map(|segment| segment.prior_cost(&self.model.parameters));
+        self.readings_cost(segments, None) + priors.fold(0.0, |sum, cost| sum + cost)
+    }
+
+    /// The normal equations at the segments.
+    fn assemble(&self, segments: &[Segment], system: &mut System) {
+        let parameters = &self.model.parameters;
+        let active = segments.iter().filter(|segment| !segment.is_frozen);
+        system.clear(COORDINATES * active.clone().count());
+        for (placed, measured) in self.readings() {
+            let walls = seen(&placed, segments, None);
+            let seen = self.model.law.signal_and_gradient(&walls);
+            let residual = measured.residual(seen.signal, parameters);
+            let factor = -measured.inverse_sigma / (seen.signal + parameters.soft_counts);
+            let slopes = slopes(&placed, segments, &seen, factor);
+            system.add(&slopes, residual, huber(residual, parameters.huber).1);
+        }
+        for (index, segment) in active.enumerate() {
+            let first = COORDINATES * index;
+            let Prior {
+                information, pull, ..
+            } = &segment.prior;
+            let pull = pull - information * segment.prior.deviation(&segment.ends);
+            system.add_block(
+                first,
+                |row, column| information.get((row, column)).copied().unwrap_or(0.0),
+                |row| pull.get(row).copied().unwrap_or(0.0),
+            );
+            let (residual, values) = segment.length_residual(parameters);
+            system.add(&[Slope { first, values }], residual, 1.0);
+        }
+    }
+
+    /// Levenberg-Marquardt iterations; the cost that is reached. The cost never rises.
+    pub(super) fn refine(&self, segments: &mut Segments, iterations: u8) -> f32 {
+        let mut cost = self.cost(segments);
+        if segments.iter().all(|segment| segment.is_frozen) {
+            return cost;
+        }
+        let mut system = System::new(0);
+        let mut is_assembled = false;
+        let mut damping = FIRST_DAMPING;
+        for _ in 0..iterations {
+            if !is_assembled {
+                self.assemble(segments, &mut system);
+                is_assembled = true;
+            }
+            let Some(step) = system.solve(damping) else {
+                damping *= RAISED;
+                continue;
+            };
+            let before = ends(segments);
+            self.apply(segments, &step);
+            let reached = self.cost(segments);
+            if reached < cost {
+                cost = reached;
+                damping *= EASED;
+                is_assembled = false;
+            } else {
+                for (segment, ends) in segments.iter_mut().zip(before) {
+                    segment.ends = ends;
+                }
+                damping *= RAISED;
+            }
+        }
+        cost
+    }
+
+    fn apply(&self, segments: &mut Segments, step: &[f32; MAX_UNKNOWNS]) {
+        let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
+        for (segment, step) in active.zip(step.chunks_exact(COORDINATES)) {
+            segment.step(step, self.model.parameters.most_move_m);
+        }
+    }
+
+    /// Covariance of the ends of each segment, the others held.
+    pub(super) fn set_covariances(&self, segments: &mut Segments) {
+        let mut system = System::new(0);
+        self.assemble(segments, &mut system);
+        let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
+        for (index, segment) in active.enumerate() {
+            let mut block = system.block(COORDINATES * index);
+            let mut local = Matrix4::zeros();
+            for column in 0..COORDINATES {
+                block.set_unit(column);
+                let solution = block.solve(1e-4).unwrap_or_default();
+                for (row, value) in solution.iter().take(COORDINATES).enumerate() {
+                    if let Some(entry) = local.get_mut((row, column)) {
+                        *entry = *value;
+                    }
+                }
+            }
+            let Point { x: c, y: s } = segment.prior.along;
+            let turn = Matrix4::new(
+                c, -s, 0.0, 0.0, //
+                s, c, 0.0, 0.0, //
+                0.0, 0.0, c, -s, //
+                0.0, 0.0, s, c,
+            );
+            segment.covariance = turn * local * turn.transpose();
+        }
+    }
+}
+
+fn ends(segments: &Segments) -> [Wall; MAX_SEGMENTS] {
+    let mut ends = [[Point::default(); 2]; MAX_SEGMENTS];
+    for (ends, segment) in ends.iter_mut().zip(segments) {
+        *ends = segment.ends;
+    }
+    ends
+}

@@ -1,0 +1,63 @@
+//! Wall segments with ends, fitted to all readings of the last few steps.
+//!
+//! The particles take each reading by itself. A wall shows itself in several sensors and
+//! several steps at once: [`SegmentTracker`] keeps at most [`MAX_SEGMENTS`] straight
+//! segments g = (x0, y0, x1, y1) and minimises, with the law of walls
+//! ([`WallLaw`](crate::model::WallLaw)) and occlusion between the segments,
+//!
+//! ```text
+//! cost    sum of rho(r) over the readings of the window + priors of the segments
+//! r       (ln(d + d0) - ln(s(g) + d0)) / sd,   d counts above beta, s(g) the law's
+//! sd^2    (sigma / (d + d0))^2 + rel^2
+//! rho(r)  r^2 for |r| < 3, else 6 |r| - 9 (Huber)
+//! priors  (g - m)' A (g - m) + ((length - 0.2 m) / 0.3 m)^2
+//! ```
+//!
+//! Costs are squared deviations in units of their standard deviation (chi^2). The
+//! logarithm makes the error of the gain, which is proportional to the signal, a constant
+//! one; d0 keeps it finite where nothing is seen.
+//!
+//! A step, in this order:
+//!
+//! 1. **Motion.** All positions are relative to the robot's centre and move against it.
+//! 2. **Fold.** The readings that leave the window become the priors of the segments:
+//!    A = 0.98 A + J'J with the derivatives J, and m follows from J'r. What the readings
+//!    say about two segments together is lost (A is block diagonal). The cost that a
+//!    segment has saved at these readings is added to its evidence.
+//! 3. **Reach.** Segments beyond the sensors' reach are frozen, or forgotten if there is
+//!    little evidence; near again, they are revived.
+//! 4. **Fit.** Three Levenberg-Marquardt iterations over all segments together.
+//! 5. **Hull.** The part of a segment that the robot stands on is cut off.
+//! 6. **Birth.** At most one, for the sensor with the most unexplained signal.
+//! 7. **Upkeep**, every third step: the segment with the least evidence is dropped, two
+//!    collinear ones are merged.
+//!
+//! **Frame.** The origin is the robot's centre, the axes keep the direction that the
+//! body had at the start. Coordinates stay below the reach, so `f32` resolves 3e-8 m
+//! after any distance; a motion is one subtraction, and the priors, which are matrices,
+//! are never turned. The heading is the sum of the turns, as in the odometry.
+//!
+//! **Time.** All loops are bounded by the constants here and by [`SegmentParameters`].
+//! A birth tries 84 candidates on the window's readings without occlusion and fits the
+//! best three; only one sensor per step is served, the others wait for the next steps.
+
+mod birth;
+mod fit;
+mod linear;
+mod parameters;
+mod segment;
+mod tracker;
+mod upkeep;
+mod window;
+
+#[cfg(test)]
+mod tests;
+
+pub use parameters::SegmentParameters;
+pub use segment::Segment;
+pub use tracker::{SegmentModel, SegmentTracker};
+
+/// Most segments that are tracked, frozen ones included.
+pub const MAX_SEGMENTS: usize = 6;
+/// Most steps of the window.
+pub const MAX_WINDOW: usize = 5;

@@ -1,0 +1,203 @@
+//! The tracker: its state and its step.
+
+use heapless::Vec;
+
+use super::birth::make_room;
+use super::fit::{Fit, Segments};
+use super::segment::Segment;
+use super::upkeep::{cut_at_hull, fold, keep_in_reach};
+use super::window::Row;
+use super::{MAX_WINDOW, SegmentParameters};
+use crate::geometry::{Angle, Motion, Point, Rotation};
+use crate::model::{Mount, Photometry, Ring, SENSORS, Sample, WallLaw};
+
+/// Motion of a step beyond which the segments' places are unknown, metres.
+const LARGEST_MOTION_M: f32 = 0.5;
+/// Motion below which a step replaces the newest one of the window, metres and radians:
+/// a robot that stands still repeats its readings, which are no new evidence.
+const LEAST_MOTION_M: f32 = 0.002;
+const LEAST_TURN_RAD: f32 = 0.02;
+
+/// Everything that stays the same during a run.
+#[derive(Clone, Debug)]
+pub struct SegmentModel {
+    pub(super) parameters: SegmentParameters,
+    pub(super) law: WallLaw,
+    pub(super) mounts: [Mount; SENSORS],
+}
+
+impl SegmentModel {
+    /// Prepares the law of walls for a ring of sensors.
+    #[must_use]
+    pub fn new(parameters: SegmentParameters, photometry: &Photometry, ring: &Ring) -> Self {
+        Self {
+            parameters,
+            law: WallLaw::of(photometry),
+            mounts: core::array::from_fn(|index| ring.mount(index)),
+        }
+    }
+
+    /// The law of walls.
+    #[must_use]
+    pub fn law(&self) -> &WallLaw {
+        &self.law
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn parameters(&self) -> &SegmentParameters {
+        &self.parameters
+    }
+}
+
+/// Tracks wall segments from step to step; see the [module](super).
+///
+/// 2 kB. The same steps give the same segments, bit for bit, on all machines.
+#[derive(Clone, Debug)]
+pub struct SegmentTracker {
+    segments: Segments,
+    window: Vec<Row, MAX_WINDOW>,
+    heading: Angle,
+    /// Whether the next step's motion adds to that of the newest row.
+    pending: Pending,
+    next_id: u16,
+    steps: u16,
+}
+
+/// Motion since the last step that was kept.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pending {
+    way_m: f32,
+    turn_rad: f32,
+}
+
+const _: () = assert!(core::mem::size_of::<SegmentTracker>() <= 6 * 1024);
+
+impl Default for SegmentTracker {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl SegmentTracker {
+    /// A tracker without segments.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            segments: Vec::new(),
+            window: Vec::new(),
+            heading: Angle::default(),
+            pending: Pending::default(),
+            next_id: 0,
+            steps: 0,
+        }
+    }
+
+    /// The segments, oldest first.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// A point of the tracker's axes in the body frame.
+    #[must_use]
+    pub fn body_from_track(&self, place: Point) -> Point {
+        place.rotated(Rotation::by(self.heading.radians()).inverse())
+    }
+
+    /// Forgets everything: the motion since the last step is unknown.
+    pub fn reset(&mut self) {
+        *self = Self {
+            next_id: self.next_id,
+            ..Self::new()
+        };
+    }
+
+    /// Takes a step: the motion since the last one, and what the sensors read after it.
+    ///
+    /// Sensors without counts are left out. A motion that is no number, or of more than
+    /// half a metre, resets the tracker. `retired` receives the segments that are
+    /// forgotten because they are out of reach or make room for a new one, with their
+    /// last place; those that are dropped because the readings do not need them are not
+    /// reported.
+    pub fn step(
+        &mut self,
+        model: &SegmentModel,
+        motion: &Motion,
+        samples: &[Sample; SENSORS],
+        retired: &mut impl FnMut(&Segment),
+    ) {
+        if !self.advance(motion) {
+            self.segments.iter().for_each(&mut *retired);
+            self.reset();
+        }
+        self.take_row(model, samples);
+        keep_in_reach(&model.parameters, &mut self.segments, retired);
+        self.steps = self.steps.wrapping_add(1);
+        let fit = Fit {
+            model,
+            rows: &self.window,
+        };
+        let _ = fit.refine(&mut self.segments, model.parameters.iterations);
+        cut_at_hull(&model.parameters, &mut self.segments);
+        if let Ok(evicted) = make_room(&mut self.segments) {
+            evicted.iter().for_each(&mut *retired);
+            if fit.give_birth(&mut self.segments, self.next_id) {
+                self.next_id = self.next_id.wrapping_add(1);
+                cut_at_hull(&model.parameters, &mut self.segments);
+            }
+        }
+        let upkeep_steps = u16::from(model.parameters.upkeep_steps.max(1));
+        if self.steps.is_multiple_of(upkeep_steps) {
+            fit.drop_weakest(&mut self.segments);
+            fit.merge_collinear(&mut self.segments);
+        }
+        fit.set_covariances(&mut self.segments);
+        for segment in &mut self.segments {
+            segment.age_steps = segment.age_steps.saturating_add(1);
+        }
+    }
+
+    /// Moves everything against the robot's motion; `false` if that is unknown.
+    fn advance(&mut self, motion: &Motion) -> bool {
+        let by = motion
+            .displacement
+            .rotated(Rotation::by(self.heading.radians()));
+        let way_m = by.norm();
+        let turn_rad = motion.turn.radians();
+        let is_known = way_m <= LARGEST_MOTION_M && turn_rad.is_finite();
+        if !is_known {
+            return false;
+        }
+        let against = Point::new(-by.x, -by.y);
+        for segment in &mut self.segments {
+            segment.translate(against);
+        }
+        for row in &mut self.window {
+            row.position = row.position + against;
+        }
+        self.heading = Angle::from_radians(self.heading.radians() + turn_rad);
+        self.pending.way_m += way_m;
+        self.pending.turn_rad += turn_rad.abs();
+        true
+    }
+
+    /// Takes the readings into the window, and folds those that leave it.
+    fn take_row(&mut self, model: &SegmentModel, samples: &[Sample; SENSORS]) {
+        let heading = Rotation::by(self.heading.radians());
+        let row = Row::new(heading, samples, &model.law, &model.parameters);
+        let is_still =
+            self.pending.way_m < LEAST_MOTION_M && self.pending.turn_rad < LEAST_TURN_RAD;
+        if is_still && let Some(newest) = self.window.last_mut() {
+            *newest = row;
+            return;
+        }
+        self.pending = Pending::default();
+        let most = usize::from(model.parameters.window_steps).clamp(1, MAX_WINDOW);
+        if self.window.len() >= most {
+            let oldest = self.window.remove(0);
+            fold(model, &oldest, &mut self.segments);
+        }
+        let _ = self.window.push(row);
+    }
+}
