@@ -8,7 +8,7 @@ mod replayed_config;
 mod step_records;
 
 pub use filter_records::FilterRecords;
-use filter_records::scan_records;
+pub(crate) use filter_records::scan_records;
 pub use keyframes::Keyframes;
 pub use no_steps::{InputCheck, NoSteps};
 pub use record::{PointOutcome, RangeScan, Record, Return};

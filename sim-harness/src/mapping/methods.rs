@@ -3,11 +3,11 @@
 use core::fmt;
 use core::str::FromStr;
 
-use amiro_ipf::filter::Profile;
+use amiro_ipf::filter::{Profile, SegmentParameters};
 
 use super::{
     AllFreeMapper, CountingMapper, FootprintMapper, InverseSensorMapper, InverseSensorParameters,
-    Mapper, NoEcho, WallMapParameters, WallMapper,
+    Mapper, NoEcho, SegmentDrawing, SegmentMapper, WallMapParameters, WallMapper,
 };
 use crate::geometry::Rectangle;
 use crate::rig::Rig;
@@ -63,6 +63,7 @@ const PAPER: &str = "Korthals et al. 2016, algorithms 1 and 2, equations 3 and 4
 const OURS: &str = "this project: the paper's filter with additions, docs/decisions.md";
 const LOBES: &str = "Thrun, Burgard and Fox 2005, table 4.2, over the lobes of proximity sensors";
 const RANGES: &str = "Thrun, Burgard and Fox 2005, table 4.2";
+const SEGMENTS: &str = "this project: wall segments fitted to the law of walls";
 const DECAY: &str = "Carvalho and Ventura 2013, section II";
 
 const WALLS: &str = "this project: walls with ends under Lambert's law, mapping/wall_map";
@@ -111,13 +112,29 @@ impl Method {
             Box::new(WallMapper::new(s.cell_m, s.rig, parameters))
         })
     };
+    /// Wall segments tracked over all readings of the last steps.
+    pub const SEGMENTS: Self = Self {
+        fits_signals: true,
+        ..Self::new("segments", SEGMENTS, |s| {
+            let parameters = SegmentParameters::STEPS;
+            Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STEPS))
+        })
+    };
+    /// The same with the parameters for stations 50 mm apart.
+    pub const SEGMENTS_AT_STATIONS: Self = Self {
+        fits_signals: true,
+        ..Self::new("segments", SEGMENTS, |s| {
+            let parameters = SegmentParameters::STATIONS;
+            Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STATIONS))
+        })
+    };
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
     });
 
     /// Every method.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::PAPER,
         Self::PLUS,
         Self::ISM_STANDARD,
@@ -129,6 +146,7 @@ impl Method {
         Self::ISM,
         Self::ISM_DECAY,
         Self::WALL_MAP,
+        Self::SEGMENTS,
         Self::ALL_FREE,
     ];
 
