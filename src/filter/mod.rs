@@ -21,6 +21,8 @@ mod segments;
 mod step;
 mod tally;
 mod visibility;
+mod wall_parameters;
+mod wall_scan;
 mod weigh;
 
 pub use gating::Outcome;
@@ -28,8 +30,9 @@ pub use model::Model;
 pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, SurvivalRule};
 pub use particles::ParticleSet;
 pub use segments::{
-    MAX_SEGMENTS, MAX_WINDOW, Segment, SegmentModel, SegmentParameters, SegmentTracker,
+    MAX_SEGMENTS, MAX_WINDOW, SegmentModel, SegmentParameters, SegmentTracker, WallSegment,
 };
 pub use step::InverseParticleFilter;
 pub use tally::Tally;
+pub use wall_parameters::WallParameters;
 pub use weigh::{Evaluation, Scan};

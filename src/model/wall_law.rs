@@ -33,8 +33,9 @@
 //! the nearest wall returns and hides the others. Walls that cross each other are ordered
 //! by the middle of the interval.
 
-use heapless::Vec;
+mod sight;
 
+use self::sight::{BEHIND, Interval, LEAST_DISTANCE_M, NARROW, Sight, inverse_range};
 use super::Photometry;
 use crate::geometry::Point;
 use crate::math;
@@ -43,17 +44,6 @@ use crate::math;
 const PIECES: usize = 64;
 /// Most walls that are considered together.
 pub const MAX_WALLS: usize = 7;
-/// Most intervals of the lobe: all ends split it.
-const MAX_INTERVALS: usize = 2 * MAX_WALLS + 1;
-/// Least perpendicular distance, metres. A wall that passes a sensor so closely, seen
-/// from its end, returns less than a count; one that faces it has filled the register.
-const LEAST_DISTANCE_M: f32 = 0.004;
-/// Least length of a wall, metres.
-const LEAST_LENGTH_M: f32 = 1e-4;
-/// A tangent beyond all lobes, for bearings of a right angle and more.
-const BEHIND: f32 = 1e3;
-/// Width below which an interval of tan(t / 2) is empty.
-const NARROW: f32 = 1e-6;
 
 /// A straight wall: its two ends, in any order.
 pub type Wall = [Point; 2];
@@ -80,33 +70,6 @@ pub struct WallReturn {
     /// the walls are given in; zero for ends that are out of view or hidden.
     pub gradient: [[Point; 2]; MAX_WALLS],
 }
-
-/// A wall as a sensor sees it, its ends in the order of their bearings.
-#[derive(Clone, Copy, Debug)]
-struct Sight {
-    /// Which of the walls.
-    wall: usize,
-    /// Whether the ends are in the opposite order of the wall's.
-    is_swapped: bool,
-    ends: Wall,
-    /// Direction of the normal, away from the sensor.
-    normal: Point,
-    distance_m: f32,
-    /// tan(t / 2) of the ends, clipped to the lobe.
-    half_tangents: [f32; 2],
-    is_clipped: [bool; 2],
-}
-
-/// An interval of tan(t / 2) in which one wall is the nearest.
-#[derive(Clone, Copy, Debug)]
-struct Interval {
-    sight: usize,
-    from: f32,
-    to: f32,
-}
-
-type Sights = Vec<Sight, MAX_WALLS>;
-type Intervals = Vec<Interval, MAX_INTERVALS>;
 
 impl WallLaw {
     /// Tabulates the law of `photometry`.
@@ -159,6 +122,7 @@ impl WallLaw {
     /// Walls beyond [`MAX_WALLS`] are left out. A wall with an end that is no number, or
     /// without a length, returns nothing. Cost: 150 to 300 instructions per wall in view.
     #[must_use]
+    #[inline(never)]
     pub fn signal(&self, walls: &[Wall]) -> f32 {
         let (sights, intervals) = self.view(walls);
         intervals.iter().fold(0.0, |sum, interval| {
@@ -173,6 +137,7 @@ impl WallLaw {
     /// The derivative follows the tables' straight pieces. Where walls overlap, an end
     /// that moves uncovers or hides what is next to it.
     #[must_use]
+    #[inline(never)]
     pub fn signal_and_gradient(&self, walls: &[Wall]) -> WallReturn {
         let mut result = WallReturn {
             signal: 0.0,
@@ -226,7 +191,9 @@ impl WallLaw {
             } else {
                 BEHIND * limit
             };
-            tangent.clamp(-self.half_tangent_max, self.half_tangent_max)
+            tangent
+                .max(-self.half_tangent_max)
+                .min(self.half_tangent_max)
         };
         let (from, _) = self.look_up(side(-1.0));
         let (to, _) = self.look_up(side(1.0));
@@ -278,63 +245,6 @@ impl WallLaw {
             ],
             [k * r0, sign * k * r1, k * r2, sign * k * r3],
         )
-    }
-
-    /// The walls in view, and the intervals in which each is the nearest.
-    fn view(&self, walls: &[Wall]) -> (Sights, Intervals) {
-        let mut sights = Sights::new();
-        for (index, wall) in walls.iter().enumerate().take(MAX_WALLS) {
-            if let Some(sight) = self.see(index, wall) {
-                let _ = sights.push(sight);
-            }
-        }
-        let intervals = nearest_intervals(&sights);
-        (sights, intervals)
-    }
-
-    /// A wall in the lobe; `None` if nothing of it is.
-    fn see(&self, wall: usize, &[a, b]: &Wall) -> Option<Sight> {
-        let cross = a.x * b.y - a.y * b.x;
-        let is_swapped = cross < 0.0;
-        let ends = if is_swapped { [b, a] } else { [a, b] };
-        let [from, to] = ends;
-        let length_m = (to - from).norm();
-        // Not a number, or too short.
-        if !(length_m >= LEAST_LENGTH_M && length_m.is_finite()) {
-            return None;
-        }
-        let max = self.half_tangent_max;
-        let [first, last] = ends.map(half_tangent);
-        let (is_clipped, half_tangents) = if last >= first {
-            ([first < -max, last > max], [first.max(-max), last.min(max)])
-        } else if first < max {
-            // The wall passes behind the sensor: one of its ends may be in the lobe.
-            ([false, true], [first, max])
-        } else {
-            ([true, false], [-max, last])
-        };
-        let [from_u, to_u] = half_tangents;
-        if to_u - from_u <= NARROW {
-            return None;
-        }
-        let along = Point::new((to.x - from.x) / length_m, (to.y - from.y) / length_m);
-        let normal = Point::new(along.y, -along.x);
-        let distance_m = cross.abs() / length_m;
-        if distance_m < LEAST_DISTANCE_M {
-            let is_between = dot(from, along) < 0.0 && dot(to, along) > 0.0;
-            if !is_between {
-                return None;
-            }
-        }
-        Some(Sight {
-            wall,
-            is_swapped,
-            ends,
-            normal,
-            distance_m: distance_m.max(LEAST_DISTANCE_M),
-            half_tangents,
-            is_clipped,
-        })
     }
 
     /// alpha / D^2 of a wall.
@@ -421,63 +331,8 @@ impl WallLaw {
     }
 }
 
-/// tan(t / 2) of the bearing of a point; far beyond every lobe from a right angle on.
-#[inline]
-fn half_tangent(place: Point) -> f32 {
-    if place.x > 0.0 {
-        place.y / (place.norm() + place.x)
-    } else {
-        BEHIND.copysign(place.y)
-    }
-}
-
-/// A measure of 1 / r on the ray at tan(t / 2): larger is nearer.
-#[inline]
-fn inverse_range(sight: &Sight, u: f32) -> f32 {
-    ((1.0 - u * u) * sight.normal.x + 2.0 * u * sight.normal.y) / sight.distance_m
-}
-
-fn nearest_intervals(sights: &[Sight]) -> Intervals {
-    let mut intervals = Intervals::new();
-    if let [sight] = sights {
-        let [from, to] = sight.half_tangents;
-        let _ = intervals.push(Interval { sight: 0, from, to });
-        return intervals;
-    }
-    let mut cuts: Vec<f32, { 2 * MAX_WALLS }> = Vec::new();
-    for sight in sights {
-        let _ = cuts.extend_from_slice(&sight.half_tangents);
-    }
-    cuts.sort_unstable_by(f32::total_cmp);
-    for (&from, &to) in cuts.iter().zip(cuts.iter().skip(1)) {
-        if to - from <= NARROW {
-            continue;
-        }
-        let middle = 0.5 * (from + to);
-        let mut nearest: Option<(usize, f32)> = None;
-        for (index, sight) in sights.iter().enumerate() {
-            let [first, last] = sight.half_tangents;
-            if first < middle && middle < last {
-                let inverse = inverse_range(sight, middle);
-                if nearest.is_none_or(|(_, most)| inverse > most) {
-                    nearest = Some((index, inverse));
-                }
-            }
-        }
-        let Some((sight, _)) = nearest else {
-            continue;
-        };
-        match intervals.last_mut() {
-            Some(last) if last.sight == sight && from - last.to <= NARROW => last.to = to,
-            _ => {
-                let _ = intervals.push(Interval { sight, from, to });
-            }
-        }
-    }
-    intervals
-}
-
 /// Adds a piece of the four integrals, centred at tan(t / 2), by Gauss's rule of three.
+#[inline(never)]
 fn add_piece(photometry: &Photometry, centre: f32, width: f32, sum: &mut [f32; 4]) {
     const NODES: [(f32, f32); 3] = [
         (-0.387_298_33, 5.0 / 18.0),
@@ -521,5 +376,4 @@ fn scaled(a: Point, factor: f32) -> Point {
 }
 
 #[cfg(test)]
-#[path = "wall_law_tests.rs"]
 mod tests;

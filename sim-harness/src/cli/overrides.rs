@@ -7,13 +7,15 @@ use clap::{Args, ValueEnum};
 
 use super::arguments;
 
-/// The two filters that ship.
+/// The filters that ship.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProfileName {
     /// The faithful filter of the paper.
     Paper,
     /// Ours: Bernoulli survival, side test, veto.
     Plus,
+    /// Particles weighed against tracked wall segments, for real walls.
+    Wall,
 }
 
 impl From<ProfileName> for Profile {
@@ -21,6 +23,7 @@ impl From<ProfileName> for Profile {
         match name {
             ProfileName::Paper => Self::Paper,
             ProfileName::Plus => Self::Plus,
+            ProfileName::Wall => Self::Wall,
         }
     }
 }

@@ -248,5 +248,6 @@ const fn profile_name(profile: Profile) -> &'static str {
     match profile {
         Profile::Paper => "paper",
         Profile::Plus => "plus",
+        Profile::Wall => "wall",
     }
 }

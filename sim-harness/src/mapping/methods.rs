@@ -77,6 +77,11 @@ impl Method {
     pub const PAPER: Self = Self::filter("paper", PAPER, Profile::Paper);
     /// Our filter.
     pub const PLUS: Self = Self::filter("plus", OURS, Profile::Plus);
+    /// Our filter over tracked wall segments.
+    pub const WALL: Self = Self {
+        fits_signals: true,
+        ..Self::filter("wall", SEGMENTS, Profile::Wall)
+    };
     /// Inverse sensor model, usual parameters, nothing in range counted as free.
     pub const ISM_STANDARD: Self = Self::new("ism-standard", LOBES, |s| ism(s, STANDARD));
     /// The same with tuned parameters.
@@ -134,9 +139,10 @@ impl Method {
     });
 
     /// Every method.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::PAPER,
         Self::PLUS,
+        Self::WALL,
         Self::ISM_STANDARD,
         Self::ISM_TUNED,
         Self::ISM_STANDARD_DROPPED,

@@ -15,27 +15,24 @@
 //! 2.5 mm that no other segment hides; a piece at range r and bearing t adds
 //! alpha / S0 cos(xi t) cos^2(i) length / r^3.
 
+mod pieces;
+
 use std::collections::BTreeMap;
 
 use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker};
 use amiro_ipf::geometry::{Motion, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 
+use self::pieces::{PIECE_M, REACH_M, WallPiece, full_lobe, huber, is_hidden, near, pieces};
 use super::{Belief, Grid, Map, Mapper, Setup};
 use crate::drive::{RangeScan, Record};
 use crate::geometry::{Pose2, Vector};
 use crate::sensors::Sensor;
 
-/// Length of the pieces that segments are drawn in, metres.
-const PIECE_M: f64 = 0.0025;
 /// Length of wall that is judged, metres: that of the patch, and about each piece.
 const JUDGED_M: f64 = 0.02;
-/// Distance from a sensor within which walls and cells are considered, metres.
-const REACH_M: f64 = 0.30;
 /// Least range of the law, metres.
 const LEAST_RANGE_M: f64 = 0.01;
-/// Deviation beyond which a reading counts no harder, standard deviations.
-const HUBER: f64 = 3.0;
 
 /// When segments and free cells are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,20 +71,11 @@ struct WorldWall {
 
 /// A reading of one sensor.
 #[derive(Clone, Copy, Debug)]
-struct Measured {
+struct WorldReading {
     world_from_sensor: Pose2,
     /// ln(d + d0).
     log_signal: f64,
     sigma: f64,
-}
-
-/// A piece of a segment.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    wall: usize,
-    place: Vector,
-    along: Vector,
-    length_m: f64,
 }
 
 /// What would change if a cell were occupied.
@@ -112,7 +100,7 @@ pub struct SegmentMapper {
     walls: BTreeMap<u16, WorldWall>,
     /// Walls that are left for good: their numbers may be used again.
     left: Vec<WorldWall>,
-    measured: Vec<Measured>,
+    measured: Vec<WorldReading>,
 }
 
 impl SegmentMapper {
@@ -202,7 +190,7 @@ impl SegmentMapper {
             let lifted = (signal + f64::from(parameters.soft_counts)).max(2.0);
             let noise = f64::from(parameters.sigma_counts) / lifted;
             let body = &scan.world_from_body;
-            self.measured.push(Measured {
+            self.measured.push(WorldReading {
                 world_from_sensor: Pose2 {
                     position: body.place(mount.position),
                     heading: mount.heading.after(body.heading),
@@ -231,7 +219,7 @@ impl SegmentMapper {
     }
 
     /// Signal of all pieces in each reading, and chi^2 of each piece.
-    fn judge_pieces(&self, walls: &[[Vector; 2]], pieces: &[Piece]) -> (Vec<f64>, Vec<f64>) {
+    fn judge_pieces(&self, walls: &[[Vector; 2]], pieces: &[WallPiece]) -> (Vec<f64>, Vec<f64>) {
         let soft = f64::from(self.model.parameters().soft_counts);
         let mut chi2 = vec![0.0; pieces.len()];
         let mut signals = Vec::new();
@@ -360,81 +348,6 @@ fn ring(mounts: &[Pose2]) -> Ring {
         }
     }
     ring
-}
-
-/// S0: the integral of cos(xi t) cos^3(t) over the lobe.
-fn full_lobe(photometry: &Photometry) -> f64 {
-    const STEPS: u32 = 1200;
-    let edge = f64::from(photometry.theta_max_rad);
-    let step = 2.0 * edge / f64::from(STEPS);
-    let at = |index: u32| (f64::from(index) + 0.5) * step - edge;
-    let lobe = |t: f64| (f64::from(photometry.xi) * t).cos() * t.cos().powi(3);
-    (0..STEPS).map(|index| lobe(at(index))).sum::<f64>() * step
-}
-
-fn huber(residual: f64) -> f64 {
-    let size = residual.abs();
-    if size <= HUBER {
-        size * size
-    } else {
-        HUBER * (2.0 * size - HUBER)
-    }
-}
-
-fn pieces(walls: &[[Vector; 2]]) -> Vec<Piece> {
-    let mut pieces = Vec::new();
-    for (wall, [from, to]) in walls.iter().enumerate() {
-        let way = *to - *from;
-        let length = way.norm();
-        if !(length > 0.0 && length < 10.0) {
-            continue;
-        }
-        let count = (length / PIECE_M).ceil().max(1.0) as u32;
-        for index in 0..count {
-            let share = (f64::from(index) + 0.5) / f64::from(count);
-            pieces.push(Piece {
-                wall,
-                place: *from + way.scaled(share),
-                along: way.scaled(1.0 / length),
-                length_m: length / f64::from(count),
-            });
-        }
-    }
-    pieces
-}
-
-/// The walls near a sensor.
-fn near(walls: &[[Vector; 2]], place: Vector) -> Vec<usize> {
-    let all = walls.iter().enumerate();
-    all.filter(|(_, [from, to])| place.distance_from_segment(*from, *to) < REACH_M)
-        .map(|(index, _)| index)
-        .collect()
-}
-
-/// Whether a wall other than the given one crosses the way from a sensor to a place.
-fn is_hidden(
-    walls: &[[Vector; 2]],
-    near: &[usize],
-    own: Option<usize>,
-    sensor: &Pose2,
-    place: Vector,
-) -> bool {
-    let from = sensor.position;
-    let way = place - from;
-    near.iter()
-        .filter(|index| Some(**index) != own)
-        .filter_map(|index| walls.get(*index))
-        .any(|[a, b]| {
-            let wall = *b - *a;
-            let determinant = way.cross(wall);
-            if determinant == 0.0 {
-                return false;
-            }
-            let off = *a - from;
-            let along_way = off.cross(wall) / determinant;
-            let along_wall = off.cross(way) / determinant;
-            (0.0..1.0).contains(&along_way) && (0.0..=1.0).contains(&along_wall)
-        })
 }
 
 #[cfg(test)]

@@ -37,8 +37,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     };
     let report = judged(&folder.join("amiro"));
     assert_eq!(report.sources.len(), 6, "{report}");
-    // By four methods: recorded, and simulated under either physics.
-    assert_eq!(report.walls.len(), 6 * 3 * 4, "{report}");
+    // By five methods: recorded, and simulated under either physics.
+    assert_eq!(report.walls.len(), 6 * 3 * 5, "{report}");
     for walls in &report.walls {
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.

@@ -1,7 +1,7 @@
 //! New segments where a sensor has more signal than the segments explain.
 
-use super::fit::{Fit, Segments, seen};
-use super::segment::{Segment, distance_m};
+use super::fit::{SegmentFit, WallSegments, seen};
+use super::segment::{WallSegment, distance_m};
 use super::window::{Placed, huber};
 use super::{MAX_SEGMENTS, MAX_WINDOW};
 use crate::geometry::Point;
@@ -24,10 +24,11 @@ const DISTANCE_STEPS: usize = 4;
 /// Signals of the segments at the readings of the window, in their order.
 type Signals = [f32; MAX_WINDOW * SENSORS];
 
-impl Fit<'_> {
+impl SegmentFit<'_> {
     /// Tries to explain the sensor with the most unexplained signal by a new segment;
     /// whether one was added.
-    pub(super) fn give_birth(&self, segments: &mut Segments, id: u16) -> bool {
+    #[inline(never)]
+    pub(super) fn give_birth(&self, segments: &mut WallSegments, id: u16) -> bool {
         let Some((placed, missing)) = self.unexplained(segments) else {
             return false;
         };
@@ -49,10 +50,10 @@ impl Fit<'_> {
             }
         }
         let before = self.cost(segments);
-        let mut best: Option<(f32, Segments)> = None;
+        let mut best: Option<(f32, WallSegments)> = None;
         for (_, wall) in finalists.into_iter().flatten() {
             let mut with = segments.clone();
-            if with.push(Segment::new(id, wall)).is_err() {
+            if with.push(WallSegment::new(id, wall)).is_err() {
                 return false;
             }
             let cost = self.refine(&mut with, self.model.parameters.birth_iterations);
@@ -71,7 +72,8 @@ impl Fit<'_> {
 
     /// The sensor with the most unexplained chi^2 over the last steps, where it is now,
     /// and its missing signal.
-    fn unexplained(&self, segments: &[Segment]) -> Option<(Placed, f32)> {
+    #[inline(never)]
+    fn unexplained(&self, segments: &[WallSegment]) -> Option<(Placed, f32)> {
         let parameters = &self.model.parameters;
         let newest = self.rows.last()?;
         let steps = usize::from(parameters.unexplained_steps);
@@ -102,7 +104,8 @@ impl Fit<'_> {
         most.map(|(_, placed, missing)| (placed, missing))
     }
 
-    fn signals(&self, segments: &[Segment]) -> Signals {
+    #[inline(never)]
+    fn signals(&self, segments: &[WallSegment]) -> Signals {
         let mut signals = [0.0; MAX_WINDOW * SENSORS];
         for (held, (placed, _)) in signals.iter_mut().zip(self.readings()) {
             *held = self.model.law.signal(&seen(&placed, segments, None));
@@ -111,6 +114,7 @@ impl Fit<'_> {
     }
 
     /// Cost of the readings with a wall more, which hides nothing and is not hidden.
+    #[inline(never)]
     fn cost_with(&self, signals: &Signals, wall: &Wall) -> f32 {
         let parameters = &self.model.parameters;
         let readings = self.readings().zip(signals);
@@ -122,6 +126,7 @@ impl Fit<'_> {
 
     /// A candidate at the distance at which it returns the missing signal; `None` if that
     /// is out of reach or under the robot.
+    #[inline(never)]
     fn placed_candidate(
         &self,
         candidate: &Candidate,
@@ -187,7 +192,7 @@ fn insert(finalists: &mut [Option<(f32, Wall)>; FINALISTS], cost: f32, wall: Wal
 
 /// Whether there is a place for a new segment; the frozen one with the least evidence
 /// makes room, which is then returned.
-pub(super) fn make_room(segments: &mut Segments) -> Result<Option<Segment>, ()> {
+pub(super) fn make_room(segments: &mut WallSegments) -> Result<Option<WallSegment>, ()> {
     if segments.len() < MAX_SEGMENTS {
         return Ok(None);
     }
@@ -198,7 +203,8 @@ pub(super) fn make_room(segments: &mut Segments) -> Result<Option<Segment>, ()> 
 }
 
 /// Takes a segment out; the order of the others stays.
-pub(super) fn take(segments: &mut Segments, index: usize) -> Option<Segment> {
+#[inline(never)]
+pub(super) fn take(segments: &mut WallSegments, index: usize) -> Option<WallSegment> {
     let taken = segments.get(index).copied();
     let mut place = 0;
     segments.retain(|_| {

@@ -4,13 +4,14 @@ use heapless::Vec;
 use nalgebra::Matrix4;
 
 use super::linear::{COORDINATES, MAX_UNKNOWNS, Slope, System};
-use super::segment::{Prior, Segment};
-use super::window::{Measured, Placed, Row, huber};
+use super::segment::{Prior, WallSegment};
+use super::window::{LogReading, Placed, StepReadings, huber};
 use super::{MAX_SEGMENTS, SegmentModel};
 use crate::geometry::Point;
 use crate::model::{Wall, WallReturn};
 
-pub(super) type Segments = Vec<Segment, MAX_SEGMENTS>;
+/// With a length of one byte: the state has the same size on every machine.
+pub(super) type WallSegments = Vec<WallSegment, MAX_SEGMENTS, u8>;
 
 /// Damping of the first iteration (Marquardt's lambda), and its factors after an
 /// iteration that lowered the cost and one that did not.
@@ -20,15 +21,16 @@ const RAISED: f32 = 10.0;
 
 /// The readings that segments are fitted to.
 #[derive(Clone, Copy)]
-pub(super) struct Fit<'f> {
+pub(super) struct SegmentFit<'f> {
     pub(super) model: &'f SegmentModel,
-    pub(super) rows: &'f [Row],
+    pub(super) rows: &'f [StepReadings],
 }
 
 /// The walls that a sensor may see: those that are not frozen, but for one.
+#[inline(never)]
 pub(super) fn seen(
     placed: &Placed,
-    segments: &[Segment],
+    segments: &[WallSegment],
     without: Option<usize>,
 ) -> Vec<Wall, MAX_SEGMENTS> {
     let mut walls = Vec::new();
@@ -42,9 +44,10 @@ pub(super) fn seen(
 
 /// Derivatives of a residual for the segments that are not frozen, in the coordinates of
 /// their priors.
+#[inline(never)]
 pub(super) fn slopes(
     placed: &Placed,
-    segments: &[Segment],
+    segments: &[WallSegment],
     seen: &WallReturn,
     factor: f32,
 ) -> Vec<Slope, MAX_SEGMENTS> {
@@ -66,9 +69,9 @@ pub(super) fn slopes(
     slopes
 }
 
-impl Fit<'_> {
+impl SegmentFit<'_> {
     /// Every reading of the window with its sensor's place.
-    pub(super) fn readings(&self) -> impl Iterator<Item = (Placed, &Measured)> {
+    pub(super) fn readings(&self) -> impl Iterator<Item = (Placed, &LogReading)> {
         self.rows.iter().flat_map(|row| {
             let sensors = self.model.mounts.iter().zip(&row.measured);
             sensors
@@ -78,7 +81,8 @@ impl Fit<'_> {
     }
 
     /// Cost of the readings, with all segments or without one.
-    pub(super) fn readings_cost(&self, segments: &[Segment], without: Option<usize>) -> f32 {
+    #[inline(never)]
+    pub(super) fn readings_cost(&self, segments: &[WallSegment], without: Option<usize>) -> f32 {
         let parameters = &self.model.parameters;
         self.readings().fold(0.0, |sum, (placed, measured)| {
             let signal = self.model.law.signal(&seen(&placed, segments, without));
@@ -87,14 +91,15 @@ impl Fit<'_> {
     }
 
     /// Cost of the readings and the priors.
-    pub(super) fn cost(&self, segments: &[Segment]) -> f32 {
+    pub(super) fn cost(&self, segments: &[WallSegment]) -> f32 {
         let priors = segments.iter().filter(|segment| !segment.is_frozen);
         let priors = priors.map(|segment| segment.prior_cost(&self.model.parameters));
         self.readings_cost(segments, None) + priors.fold(0.0, |sum, cost| sum + cost)
     }
 
     /// The normal equations at the segments.
-    fn assemble(&self, segments: &[Segment], system: &mut System) {
+    #[inline(never)]
+    fn assemble(&self, segments: &[WallSegment], system: &mut System<MAX_UNKNOWNS>) {
         let parameters = &self.model.parameters;
         let active = segments.iter().filter(|segment| !segment.is_frozen);
         system.clear(COORDINATES * active.clone().count());
@@ -123,7 +128,8 @@ impl Fit<'_> {
     }
 
     /// Levenberg-Marquardt iterations; the cost that is reached. The cost never rises.
-    pub(super) fn refine(&self, segments: &mut Segments, iterations: u8) -> f32 {
+    #[inline(never)]
+    pub(super) fn refine(&self, segments: &mut WallSegments, iterations: u8) -> f32 {
         let mut cost = self.cost(segments);
         if segments.iter().all(|segment| segment.is_frozen) {
             return cost;
@@ -157,7 +163,7 @@ impl Fit<'_> {
         cost
     }
 
-    fn apply(&self, segments: &mut Segments, step: &[f32; MAX_UNKNOWNS]) {
+    fn apply(&self, segments: &mut WallSegments, step: &[f32; MAX_UNKNOWNS]) {
         let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
         for (segment, step) in active.zip(step.chunks_exact(COORDINATES)) {
             segment.step(step, self.model.parameters.most_move_m);
@@ -165,7 +171,8 @@ impl Fit<'_> {
     }
 
     /// Covariance of the ends of each segment, the others held.
-    pub(super) fn set_covariances(&self, segments: &mut Segments) {
+    #[inline(never)]
+    pub(super) fn set_covariances(&self, segments: &mut WallSegments) {
         let mut system = System::new(0);
         self.assemble(segments, &mut system);
         let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
@@ -175,7 +182,7 @@ impl Fit<'_> {
             for column in 0..COORDINATES {
                 block.set_unit(column);
                 let solution = block.solve(1e-4).unwrap_or_default();
-                for (row, value) in solution.iter().take(COORDINATES).enumerate() {
+                for (row, value) in solution.iter().enumerate() {
                     if let Some(entry) = local.get_mut((row, column)) {
                         *entry = *value;
                     }
@@ -193,7 +200,7 @@ impl Fit<'_> {
     }
 }
 
-fn ends(segments: &Segments) -> [Wall; MAX_SEGMENTS] {
+fn ends(segments: &WallSegments) -> [Wall; MAX_SEGMENTS] {
     let mut ends = [[Point::default(); 2]; MAX_SEGMENTS];
     for (ends, segment) in ends.iter_mut().zip(segments) {
         *ends = segment.ends;

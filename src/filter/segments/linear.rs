@@ -7,15 +7,15 @@ pub(super) const COORDINATES: usize = 4;
 /// Most unknowns of a fit.
 pub(super) const MAX_UNKNOWNS: usize = COORDINATES * MAX_SEGMENTS;
 
-/// Symmetric normal equations H x = b.
+/// Symmetric normal equations H x = b of at most N unknowns.
 ///
 /// The diagonal and what is above it hold H; below it is the place of the factor L, so
 /// that H stays for another damping. Written out instead of nalgebra's factorization:
 /// the order of the operations is fixed on all machines, and nothing can panic.
 #[derive(Clone, Debug)]
-pub(super) struct System {
-    h: [[f32; MAX_UNKNOWNS]; MAX_UNKNOWNS],
-    b: [f32; MAX_UNKNOWNS],
+pub(super) struct System<const N: usize> {
+    h: [[f32; N]; N],
+    b: [f32; N],
     unknowns: usize,
 }
 
@@ -27,12 +27,12 @@ pub(super) struct Slope {
     pub(super) values: [f32; COORDINATES],
 }
 
-impl System {
+impl<const N: usize> System<N> {
     /// Equations of so many unknowns, all zero.
     pub(super) const fn new(unknowns: usize) -> Self {
         Self {
-            h: [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS],
-            b: [0.0; MAX_UNKNOWNS],
+            h: [[0.0; N]; N],
+            b: [0.0; N],
             unknowns,
         }
     }
@@ -45,6 +45,7 @@ impl System {
     }
 
     /// Adds a residual with its weight: H += w J'J, b -= w J'r.
+    #[inline(never)]
     pub(super) fn add(&mut self, slopes: &[Slope], residual: f32, weight: f32) {
         for (index, slope) in slopes.iter().enumerate() {
             let rows = self.h.iter_mut().zip(&mut self.b).skip(slope.first);
@@ -78,8 +79,8 @@ impl System {
     }
 
     /// The block of a segment as a system of its own, with nothing on the right.
-    pub(super) fn block(&self, first: usize) -> Self {
-        let mut block = Self::new(COORDINATES);
+    pub(super) fn block(&self, first: usize) -> System<COORDINATES> {
+        let mut block = System::new(COORDINATES);
         for (to, from) in block.h.iter_mut().zip(self.h.iter().skip(first)) {
             for (to, from) in to.iter_mut().zip(from.iter().skip(first)).take(COORDINATES) {
                 *to = *from;
@@ -99,9 +100,10 @@ impl System {
     /// The solution of (H + damping diag(H)) x = b; `None` if that is not positive.
     ///
     /// About n^3 / 3 + 2 n^2 operations for n unknowns.
-    pub(super) fn solve(&mut self, damping: f32) -> Option<[f32; MAX_UNKNOWNS]> {
-        let n = self.unknowns.min(MAX_UNKNOWNS);
-        let mut inverse_pivots = [0.0_f32; MAX_UNKNOWNS];
+    #[inline(never)]
+    pub(super) fn solve(&mut self, damping: f32) -> Option<[f32; N]> {
+        let n = self.unknowns.min(N);
+        let mut inverse_pivots = [0.0_f32; N];
         let mut x = self.b;
         for i in 0..n {
             let (above, rest) = self.h.split_at_mut_checked(i)?;
@@ -149,7 +151,7 @@ mod tests {
 
     #[test]
     fn solution_solves_the_equations_and_leaves_them() {
-        let mut system = System::new(MAX_UNKNOWNS);
+        let mut system = System::<MAX_UNKNOWNS>::new(MAX_UNKNOWNS);
         let mut value = 0.1_f32;
         let mut next = || {
             value = (value * 37.7 + 0.31) % 1.0;
@@ -184,8 +186,8 @@ mod tests {
 
     #[test]
     fn equations_without_a_solution_have_none() {
-        assert_eq!(System::new(4).solve(0.1), None);
-        let mut bad = System::new(4);
+        assert_eq!(System::<4>::new(4).solve(0.1), None);
+        let mut bad = System::<4>::new(4);
         let slope = Slope {
             first: 0,
             values: [f32::NAN, 1.0, 0.0, 0.0],

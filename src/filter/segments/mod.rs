@@ -42,6 +42,7 @@
 //! best three; only one sensor per step is served, the others wait for the next steps.
 
 mod birth;
+mod claims;
 mod fit;
 mod linear;
 mod parameters;
@@ -53,8 +54,9 @@ mod window;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use claims::SeenSegment;
 pub use parameters::SegmentParameters;
-pub use segment::Segment;
+pub use segment::WallSegment;
 pub use tracker::{SegmentModel, SegmentTracker};
 
 /// Most segments that are tracked, frozen ones included.

@@ -9,7 +9,7 @@ use crate::model::Wall;
 
 /// A straight piece of wall that is tracked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
+pub struct WallSegment {
     pub(super) id: u16,
     pub(super) ends: Wall,
     pub(super) evidence: f32,
@@ -35,7 +35,7 @@ pub(super) struct Prior {
     pub(super) pull: Vector4<f32>,
 }
 
-impl Segment {
+impl WallSegment {
     pub(super) fn new(id: u16, ends: Wall) -> Self {
         Self {
             id,

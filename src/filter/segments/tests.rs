@@ -33,7 +33,7 @@ fn track(
         tracker.step(model, &last.motion_to(pose), &readings, &mut |_| {});
         last = *pose;
     }
-    let world = |segment: &Segment| {
+    let world = |segment: &WallSegment| {
         segment
             .ends()
             .map(|end| last.world_from_body(tracker.body_from_track(end)))
@@ -189,7 +189,7 @@ fn of_a_wall_that_is_gone_no_more_than_a_stub_stays() {
         most = most.max(tracker.segments().len());
         last = pose;
     }
-    let longest = tracker.segments().iter().map(Segment::length_m);
+    let longest = tracker.segments().iter().map(WallSegment::length_m);
     let longest = longest.fold(0.0, f32::max);
     assert!(most > 0 && longest < 0.03, "{tracker:?}");
 }

@@ -3,11 +3,12 @@
 use heapless::Vec;
 
 use super::birth::make_room;
-use super::fit::{Fit, Segments};
-use super::segment::Segment;
+use super::fit::{SegmentFit, WallSegments};
+use super::segment::WallSegment;
 use super::upkeep::{cut_at_hull, fold, keep_in_reach};
-use super::window::Row;
+use super::window::StepReadings;
 use super::{MAX_WINDOW, SegmentParameters};
+use crate::checksum::Digest;
 use crate::geometry::{Angle, Motion, Point, Rotation};
 use crate::model::{Mount, Photometry, Ring, SENSORS, Sample, WallLaw};
 
@@ -30,10 +31,20 @@ impl SegmentModel {
     /// Prepares the law of walls for a ring of sensors.
     #[must_use]
     pub fn new(parameters: SegmentParameters, photometry: &Photometry, ring: &Ring) -> Self {
+        let mounts = core::array::from_fn(|index| ring.mount(index));
+        Self::of_mounts(parameters, photometry, &mounts)
+    }
+
+    /// The same for mounts that are prepared.
+    pub(crate) fn of_mounts(
+        parameters: SegmentParameters,
+        photometry: &Photometry,
+        mounts: &[Mount; SENSORS],
+    ) -> Self {
         Self {
             parameters,
             law: WallLaw::of(photometry),
-            mounts: core::array::from_fn(|index| ring.mount(index)),
+            mounts: *mounts,
         }
     }
 
@@ -55,8 +66,8 @@ impl SegmentModel {
 /// 2 kB. The same steps give the same segments, bit for bit, on all machines.
 #[derive(Clone, Debug)]
 pub struct SegmentTracker {
-    segments: Segments,
-    window: Vec<Row, MAX_WINDOW>,
+    segments: WallSegments,
+    window: Vec<StepReadings, MAX_WINDOW, u8>,
     heading: Angle,
     /// Whether the next step's motion adds to that of the newest row.
     pending: Pending,
@@ -82,12 +93,15 @@ impl Default for SegmentTracker {
 impl SegmentTracker {
     /// A tracker without segments.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             segments: Vec::new(),
             window: Vec::new(),
-            heading: Angle::default(),
-            pending: Pending::default(),
+            heading: Motion::NONE.turn,
+            pending: Pending {
+                way_m: 0.0,
+                turn_rad: 0.0,
+            },
             next_id: 0,
             steps: 0,
         }
@@ -95,8 +109,25 @@ impl SegmentTracker {
 
     /// The segments, oldest first.
     #[must_use]
-    pub fn segments(&self) -> &[Segment] {
+    pub fn segments(&self) -> &[WallSegment] {
         &self.segments
+    }
+
+    /// The readings of the window, the newest last.
+    pub(super) fn rows(&self) -> &[StepReadings] {
+        &self.window
+    }
+
+    /// Adds the segments to a digest of the filter; nothing without segments.
+    pub(crate) fn update(&self, digest: &mut Digest) {
+        for segment in &self.segments {
+            digest.update(u32::from(segment.id) | u32::from(segment.age_steps) << 16);
+            for end in segment.ends {
+                digest.update(end.x.to_bits());
+                digest.update(end.y.to_bits());
+            }
+            digest.update(segment.evidence.to_bits());
+        }
     }
 
     /// A point of the tracker's axes in the body frame.
@@ -107,10 +138,12 @@ impl SegmentTracker {
 
     /// Forgets everything: the motion since the last step is unknown.
     pub fn reset(&mut self) {
-        *self = Self {
-            next_id: self.next_id,
-            ..Self::new()
-        };
+        self.segments.clear();
+        self.window.clear();
+        self.heading = Angle::default();
+        self.pending = Pending::default();
+        self.next_id = 0;
+        self.steps = 0;
     }
 
     /// Takes a step: the motion since the last one, and what the sensors read after it.
@@ -120,12 +153,13 @@ impl SegmentTracker {
     /// forgotten because they are out of reach or make room for a new one, with their
     /// last place; those that are dropped because the readings do not need them are not
     /// reported.
+    #[inline(never)]
     pub fn step(
         &mut self,
         model: &SegmentModel,
         motion: &Motion,
         samples: &[Sample; SENSORS],
-        retired: &mut impl FnMut(&Segment),
+        retired: &mut impl FnMut(&WallSegment),
     ) {
         if !self.advance(motion) {
             self.segments.iter().for_each(&mut *retired);
@@ -134,7 +168,7 @@ impl SegmentTracker {
         self.take_row(model, samples);
         keep_in_reach(&model.parameters, &mut self.segments, retired);
         self.steps = self.steps.wrapping_add(1);
-        let fit = Fit {
+        let fit = SegmentFit {
             model,
             rows: &self.window,
         };
@@ -183,9 +217,10 @@ impl SegmentTracker {
     }
 
     /// Takes the readings into the window, and folds those that leave it.
+    #[inline(never)]
     fn take_row(&mut self, model: &SegmentModel, samples: &[Sample; SENSORS]) {
         let heading = Rotation::by(self.heading.radians());
-        let row = Row::new(heading, samples, &model.law, &model.parameters);
+        let row = StepReadings::new(heading, samples, &model.law, &model.parameters);
         let is_still =
             self.pending.way_m < LEAST_MOTION_M && self.pending.turn_rad < LEAST_TURN_RAD;
         if is_still && let Some(newest) = self.window.last_mut() {
@@ -195,8 +230,14 @@ impl SegmentTracker {
         self.pending = Pending::default();
         let most = usize::from(model.parameters.window_steps).clamp(1, MAX_WINDOW);
         if self.window.len() >= most {
-            let oldest = self.window.remove(0);
-            fold(model, &oldest, &mut self.segments);
+            if let Some(oldest) = self.window.first() {
+                fold(model, oldest, &mut self.segments);
+            }
+            let mut kept = 0;
+            self.window.retain(|_| {
+                kept += 1;
+                kept > 1
+            });
         }
         let _ = self.window.push(row);
     }

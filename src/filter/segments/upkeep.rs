@@ -1,9 +1,9 @@
 //! What keeps the segments few and true: folding, reach, hull, drops and merges.
 
 use super::birth::take;
-use super::fit::{Fit, Segments, seen, slopes};
-use super::segment::{Prior, Segment, distance_m, length_m, outside};
-use super::window::{Row, huber};
+use super::fit::{SegmentFit, WallSegments, seen, slopes};
+use super::segment::{Prior, WallSegment, distance_m, length_m, outside};
+use super::window::{StepReadings, huber};
 use super::{SegmentModel, SegmentParameters};
 use crate::geometry::Point;
 use crate::model::Wall;
@@ -12,7 +12,8 @@ use crate::model::Wall;
 const MERGE_ITERATIONS: u8 = 3;
 
 /// Turns the readings of a row into the priors and the evidence of the segments.
-pub(super) fn fold(model: &SegmentModel, row: &Row, segments: &mut Segments) {
+#[inline(never)]
+pub(super) fn fold(model: &SegmentModel, row: &StepReadings, segments: &mut WallSegments) {
     let parameters = &model.parameters;
     for segment in segments.iter_mut().filter(|segment| !segment.is_frozen) {
         let ends = segment.ends;
@@ -42,7 +43,7 @@ pub(super) fn fold(model: &SegmentModel, row: &Row, segments: &mut Segments) {
 }
 
 /// Index of a segment by its place among those that are not frozen.
-fn active_index(segments: &[Segment], place: usize) -> usize {
+fn active_index(segments: &[WallSegment], place: usize) -> usize {
     let active = segments.iter().enumerate().filter(|(_, s)| !s.is_frozen);
     active
         .map(|(index, _)| index)
@@ -51,10 +52,11 @@ fn active_index(segments: &[Segment], place: usize) -> usize {
 }
 
 /// Freezes, revives and forgets by distance; reports what is forgotten.
+#[inline(never)]
 pub(super) fn keep_in_reach(
     parameters: &SegmentParameters,
-    segments: &mut Segments,
-    retired: &mut impl FnMut(&Segment),
+    segments: &mut WallSegments,
+    retired: &mut impl FnMut(&WallSegment),
 ) {
     segments.retain_mut(|segment| {
         segment.is_frozen = distance_m(&segment.ends, Point::default()) > parameters.reach_m;
@@ -67,7 +69,8 @@ pub(super) fn keep_in_reach(
 }
 
 /// Cuts segments off at the hull, and drops those of which too little is left.
-pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut Segments) {
+#[inline(never)]
+pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut WallSegments) {
     segments.retain_mut(|segment| {
         let Some(ends) = outside(&segment.ends, parameters.hull_m) else {
             return false;
@@ -84,9 +87,10 @@ pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut Segment
     });
 }
 
-impl Fit<'_> {
+impl SegmentFit<'_> {
     /// Drops the segment with the least evidence if that is too little.
-    pub(super) fn drop_weakest(&self, segments: &mut Segments) {
+    #[inline(never)]
+    pub(super) fn drop_weakest(&self, segments: &mut WallSegments) {
         let with = self.readings_cost(segments, None);
         let mut least: Option<(usize, f32)> = None;
         for (index, segment) in segments.iter().enumerate() {
@@ -107,7 +111,8 @@ impl Fit<'_> {
     }
 
     /// Merges the first two collinear segments for which that costs little.
-    pub(super) fn merge_collinear(&self, segments: &mut Segments) {
+    #[inline(never)]
+    pub(super) fn merge_collinear(&self, segments: &mut WallSegments) {
         let parameters = &self.model.parameters;
         for first in 0..segments.len() {
             for second in first + 1..segments.len() {
@@ -130,7 +135,7 @@ impl Fit<'_> {
     }
 
     /// Cost of the readings and the lengths: priors that were begun anew do not compare.
-    fn cost_without_priors(&self, segments: &[Segment]) -> f32 {
+    fn cost_without_priors(&self, segments: &[WallSegment]) -> f32 {
         let active = segments.iter().filter(|segment| !segment.is_frozen);
         let lengths = active.map(|segment| segment.length_residual(&self.model.parameters).0);
         let lengths = lengths.fold(0.0, |sum, length| sum + length * length);
@@ -139,12 +144,13 @@ impl Fit<'_> {
 }
 
 /// The segment between the outer ends of two that are nearly collinear.
+#[inline(never)]
 fn merged(
-    segments: &[Segment],
+    segments: &[WallSegment],
     first: usize,
     second: usize,
     parameters: &SegmentParameters,
-) -> Option<Segment> {
+) -> Option<WallSegment> {
     let (a, b) = (segments.get(first)?, segments.get(second)?);
     if a.is_frozen || b.is_frozen {
         return None;
@@ -170,7 +176,7 @@ fn merged(
     if gap >= parameters.merge_gap_m || !is_straight || !is_longer {
         return None;
     }
-    Some(Segment {
+    Some(WallSegment {
         id: if a.evidence >= b.evidence { a.id } else { b.id },
         ends,
         evidence: a.evidence + b.evidence,

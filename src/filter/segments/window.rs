@@ -7,7 +7,7 @@ use crate::model::{Mount, SENSORS, Sample, Wall, WallLaw};
 
 /// A reading, ready for comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Measured {
+pub(super) struct LogReading {
     /// d, counts above beta.
     pub(super) signal: f32,
     /// ln(d + d0).
@@ -18,12 +18,12 @@ pub(super) struct Measured {
 
 /// The readings of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Row {
+pub(super) struct StepReadings {
     /// The robot's centre, relative to where it is now.
     pub(super) position: Point,
     /// Direction of the body in the tracker's axes.
     pub(super) heading: Rotation,
-    pub(super) measured: [Measured; SENSORS],
+    pub(super) measured: [LogReading; SENSORS],
 }
 
 /// Place and axis of a sensor in the tracker's axes.
@@ -33,7 +33,7 @@ pub(super) struct Placed {
     pub(super) axis: Rotation,
 }
 
-impl Measured {
+impl LogReading {
     fn of(sample: Sample, law: &WallLaw, parameters: &SegmentParameters) -> Self {
         let Sample::Counts(counts) = sample else {
             return Self::default();
@@ -58,7 +58,7 @@ impl Measured {
     }
 }
 
-impl Row {
+impl StepReadings {
     pub(super) fn new(
         heading: Rotation,
         samples: &[Sample; SENSORS],
@@ -68,7 +68,7 @@ impl Row {
         Self {
             position: Point::default(),
             heading,
-            measured: samples.map(|sample| Measured::of(sample, law, parameters)),
+            measured: samples.map(|sample| LogReading::of(sample, law, parameters)),
         }
     }
 
