@@ -37,7 +37,7 @@ impl SegmentFit<'_> {
         for normal in NORMALS_DEG {
             for bearing in BEARINGS_DEG {
                 for length_m in LENGTHS_M {
-                    let candidate = Candidate {
+                    let candidate = BirthPlace {
                         normal_rad: normal.to_radians(),
                         bearing_rad: bearing.to_radians(),
                         length_m,
@@ -129,7 +129,7 @@ impl SegmentFit<'_> {
     #[inline(never)]
     fn placed_candidate(
         &self,
-        candidate: &Candidate,
+        candidate: &BirthPlace,
         placed: &Placed,
         missing: f32,
     ) -> Option<Wall> {
@@ -152,13 +152,13 @@ impl SegmentFit<'_> {
 }
 
 /// The form of a new segment in the frame of its sensor, without its distance.
-struct Candidate {
+struct BirthPlace {
     normal_rad: f32,
     bearing_rad: f32,
     length_m: f32,
 }
 
-impl Candidate {
+impl BirthPlace {
     /// The wall at a perpendicular distance.
     fn wall(&self, distance_m: f32) -> Option<Wall> {
         let (s, c) = math::sin_cos(self.normal_rad);
