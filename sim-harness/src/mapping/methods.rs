@@ -7,7 +7,7 @@ use amiro_ipf::filter::{Profile, SegmentParameters};
 
 use super::{
     AllFreeMapper, CountingMapper, FootprintMapper, InverseSensorMapper, InverseSensorParameters,
-    Mapper, NoEcho, SegmentDrawing, SegmentMapper, WallMapParameters, WallMapper,
+    Mapper, NoEcho, SegmentMapper, WallMapParameters, WallMapper,
 };
 use crate::geometry::Rectangle;
 use crate::rig::Rig;
@@ -122,7 +122,11 @@ impl Method {
         fits_signals: true,
         ..Self::new("segments", SEGMENTS, |s| {
             let parameters = SegmentParameters::STEPS;
-            Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STEPS))
+            Box::new(SegmentMapper::new(
+                s,
+                parameters,
+                WallMapParameters::STANDARD,
+            ))
         })
     };
     /// The same with the parameters for stations 50 mm apart.
@@ -130,7 +134,11 @@ impl Method {
         fits_signals: true,
         ..Self::new("segments", SEGMENTS, |s| {
             let parameters = SegmentParameters::STATIONS;
-            Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STATIONS))
+            Box::new(SegmentMapper::new(
+                s,
+                parameters,
+                WallMapParameters::STANDARD,
+            ))
         })
     };
     /// No method: every cell of a rectangle is free, for any measurement.

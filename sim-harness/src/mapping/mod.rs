@@ -12,7 +12,6 @@ mod footprint;
 mod grid;
 mod inverse_sensor;
 mod methods;
-mod segments;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
@@ -23,8 +22,7 @@ pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use methods::{Method, Setup, UnknownMethod};
-pub use segments::{SegmentDrawing, SegmentMapper};
-pub use wall_map::{MappedWall, SensorGain, WallMapParameters, WallMapper};
+pub use wall_map::{MappedWall, SegmentMapper, SensorGain, WallMapParameters, WallMapper};
 
 use crate::drive::Record;
 

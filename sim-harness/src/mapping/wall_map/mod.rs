@@ -43,6 +43,7 @@ mod parameters;
 mod readings;
 mod refine;
 mod scene;
+mod segments;
 #[cfg(test)]
 mod tests;
 mod tidy;
@@ -59,6 +60,7 @@ use crate::rig::Rig;
 use crate::sensors::WallSegment;
 
 pub use parameters::WallMapParameters;
+pub use segments::SegmentMapper;
 
 /// A wall of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,240 @@
+//! Maps of tracked wall segments.
+//!
+//! The core's [`SegmentTracker`] follows the walls beside the robot. This mapper keeps the
+//! last state of each segment in the world, with all readings of the drive, and draws the
+//! segments as the batch map draws its walls: what the readings need. The far end of a
+//! long wall that no reading shows is not drawn.
+
+use std::collections::BTreeMap;
+
+use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker};
+use amiro_ipf::geometry::{Motion, Pose};
+use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
+
+use super::WallMapParameters;
+use super::readings::Readings;
+use super::scene::WallScene;
+use crate::drive::{RangeScan, Record};
+use crate::geometry::{Pose2, Vector};
+use crate::mapping::{Map, Mapper, Setup};
+use crate::sensors::{Sensor, WallSegment};
+
+/// Evidence of a segment from which on it is kept when the tracker drops it or leaves it
+/// behind, chi^2.
+const KEPT_EVIDENCE: f32 = 12.0;
+
+/// A segment in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct WorldWall {
+    segment: WallSegment,
+    evidence: f32,
+}
+
+/// Maps the segments of a [`SegmentTracker`] that the readings need.
+///
+/// Records other than scans with the signals of eight sensors are passed over. The
+/// segments follow each scan; `finish` draws them, and before it all is unknown.
+#[derive(Clone, Debug)]
+pub struct SegmentMapper {
+    drawing: WallMapParameters,
+    photometry: Photometry,
+    model: SegmentModel,
+    tracker: SegmentTracker,
+    pose: Option<Pose>,
+    walls: BTreeMap<u16, WorldWall>,
+    /// Walls that the tracker has dropped or left behind: their numbers may be used again.
+    left: Vec<WorldWall>,
+    readings: Readings,
+    map: Map,
+}
+
+impl SegmentMapper {
+    /// An empty map. The law and the mounts are those of the setup's rig; a rig without
+    /// eight reflective infrared sensors gives a map that stays empty.
+    #[must_use]
+    pub fn new(
+        setup: &Setup<'_>,
+        parameters: SegmentParameters,
+        drawing: WallMapParameters,
+    ) -> Self {
+        let mounts = &setup.rig.mounts;
+        let photometry = mounts.iter().find_map(|mount| match &mount.sensor {
+            Sensor::Infrared(infrared) => Some(*infrared.photometry()),
+            Sensor::Cone(_) | Sensor::Scanner(_) => None,
+        });
+        let photometry = photometry.unwrap_or(Photometry::VCNL4020);
+        let poses: Vec<Pose2> = mounts.iter().map(|mount| mount.body_from_sensor).collect();
+        Self {
+            drawing,
+            photometry,
+            model: SegmentModel::new(parameters, &photometry, &ring(&poses)),
+            tracker: SegmentTracker::new(),
+            pose: None,
+            walls: BTreeMap::new(),
+            left: Vec::new(),
+            readings: Readings::new(setup.rig, drawing),
+            map: Map::unknown(setup.cell_m),
+        }
+    }
+
+    fn add(&mut self, scan: &RangeScan) {
+        let Ok(signals) = <[Option<f64>; SENSORS]>::try_from(scan.signals.as_slice()) else {
+            return;
+        };
+        let beta_counts = f64::from(self.photometry.beta_counts);
+        let samples = signals.map(|signal| match signal {
+            Some(signal) => Sample::Counts((signal + beta_counts).round() as i32),
+            None => Sample::Missing,
+        });
+        let place = scan.world_from_body.position;
+        let heading = scan.world_from_body.heading_rad();
+        let pose = Pose::new(place.x as f32, place.y as f32, heading as f32);
+        let motion = self.pose.map_or(Motion::NONE, |last| last.motion_to(&pose));
+        self.pose = Some(pose);
+        let mut left = Vec::new();
+        self.tracker
+            .step(&self.model, &motion, &samples, &mut |segment| {
+                left.push((segment.id(), segment.evidence()));
+            });
+        for (id, evidence) in left {
+            // Its last place is that of the step before.
+            if let Some(wall) = self.walls.remove(&id)
+                && evidence >= KEPT_EVIDENCE
+            {
+                self.left.push(wall);
+            }
+        }
+        self.walls.clear();
+        for segment in self.tracker.segments() {
+            let [from, to] = segment
+                .ends()
+                .map(|end| Vector::from(pose.world_from_body(self.tracker.body_from_track(end))));
+            let wall = WorldWall {
+                segment: WallSegment::new(from, to),
+                evidence: segment.evidence(),
+            };
+            self.walls.insert(segment.id(), wall);
+        }
+        self.readings.take(scan);
+    }
+
+    /// The tracker starts again; what it knew stays in the map.
+    fn leave_all(&mut self) {
+        let walls = core::mem::take(&mut self.walls).into_values();
+        self.left
+            .extend(walls.filter(|wall| wall.evidence >= KEPT_EVIDENCE));
+        self.tracker.reset();
+        self.pose = None;
+    }
+}
+
+impl Mapper for SegmentMapper {
+    fn take(&mut self, record: &Record) {
+        match record {
+            Record::Scan(scan) => self.add(scan),
+            Record::OdometryReset { .. } => self.leave_all(),
+            Record::Pose { .. } | Record::Outcomes(_) => {}
+        }
+    }
+
+    fn finish(&mut self) {
+        self.readings.mark_clipped();
+        let mut scene = WallScene::new(&self.readings, &self.drawing);
+        for wall in self.left.iter().chain(self.walls.values()) {
+            scene.change(&[(scene.next(), Some(wall.segment))]);
+        }
+        self.map = scene.draw(self.map.cell_m());
+    }
+
+    fn map(&self) -> Map {
+        self.map.clone()
+    }
+}
+
+/// The ring of the mounts of an AMiRo; its own for other robots.
+fn ring(mounts: &[Pose2]) -> Ring {
+    let mut ring = Ring::AMIRO;
+    if mounts.len() == SENSORS {
+        for (axis, mount) in ring.axis_rad.iter_mut().zip(mounts) {
+            *axis = mount.heading_rad() as f32;
+        }
+        if let Some(mount) = mounts.first() {
+            ring.radius_m = mount.position.norm() as f32;
+        }
+    }
+    ring
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mapping::{Method, Occupancy};
+    use crate::rig::Rig;
+    use amiro_ipf::filter::Profile;
+    use amiro_ipf::geometry::{Point, Rotation};
+    use amiro_ipf::model::{Wall, WallLaw};
+    use amiro_ipf::node::Config;
+
+    /// A drive along x past a wall from x = 0.2 to 0.6, 60 mm left of the hull.
+    fn drive(mapper: &mut dyn Mapper, config: &Config) {
+        let law = WallLaw::of(&config.photometry);
+        let wall: Wall = [Point::new(0.2, 0.11), Point::new(0.6, 0.11)];
+        for step in 0..=70_u8 {
+            let pose = Pose::new(0.01 * f32::from(step), 0.0, 0.0);
+            let body = Rotation::by(pose.heading.radians()).inverse();
+            let samples = core::array::from_fn::<_, SENSORS, _>(|sensor| {
+                let mount = config.ring.mount(sensor);
+                let seen =
+                    wall.map(|end| mount.sensor_from_body((end - pose.position).rotated(body)));
+                Sample::Counts(amiro_ipf::math::round_to_i32(
+                    law.signal(&[seen]) + law.beta_counts(),
+                ))
+            });
+            for record in crate::drive::scan_records(&config.photometry, 0, pose, &samples) {
+                mapper.take(&record);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wall_is_drawn_in_its_place_and_what_is_before_it_is_free() {
+        let config = Config::amiro(Profile::Paper);
+        let mut mapper = Method::SEGMENTS.mapper(&Setup::new(&Rig::from(&config), 0.01));
+        drive(&mut mapper, &config);
+        mapper.finish();
+        let map = mapper.map();
+        let occupied: Vec<_> = map.cells_of(Occupancy::Occupied).collect();
+        for cell in &occupied {
+            let (x, y) = map.centre(*cell);
+            assert!(
+                (y - 0.11).abs() < 0.006 && (0.19..0.61).contains(&x),
+                "{x}, {y}"
+            );
+        }
+        // A wall on the edge of two rows of cells may be drawn in either.
+        let columns: std::collections::BTreeSet<_> =
+            occupied.iter().map(|cell| cell.column).collect();
+        assert!(columns.len() >= 38, "{columns:?}");
+        for (x, y) in [(0.3, 0.085), (0.5, 0.09), (0.35, -0.1)] {
+            let cell = map.cell_at(x, y).unwrap();
+            let belief = map.get(cell).unwrap();
+            assert_eq!(belief.occupancy(), Occupancy::Free, "{x}, {y}");
+        }
+        assert!(map.count(Occupancy::Free) > 300);
+    }
+
+    #[test]
+    fn a_robot_without_counts_has_an_empty_map() {
+        let config = Config::amiro(Profile::Paper);
+        let mut mapper = Method::SEGMENTS.mapper(&Setup::new(&Rig::from(&config), 0.01));
+        mapper.take(&Record::Scan(RangeScan {
+            stamp_us: 0,
+            world_from_body: Pose2::new(0.0, 0.0, 0.0),
+            mounts: 0..0,
+            returns: Vec::new(),
+            signals: Vec::new(),
+        }));
+        mapper.finish();
+        assert_eq!(mapper.map().count(Occupancy::Free), 0);
+    }
+}
