@@ -17,6 +17,7 @@ mod page_section;
 mod paper_figure;
 mod scenario_maps;
 mod scores;
+mod tracked_steps;
 mod two_steps;
 mod walls;
 

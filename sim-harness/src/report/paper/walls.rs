@@ -4,6 +4,7 @@ use super::FigureError;
 use super::map_row::{Wanted, draw_row};
 use super::page_section::PageSection;
 use super::scenario_maps::{Conditions, paper_name};
+use super::tracked_steps;
 use crate::mapping::Method;
 use crate::report::picture::beside;
 use crate::world::{Options, Physics, standard_scenarios};
@@ -62,6 +63,9 @@ pub(super) fn draw(seed: u64) -> Result<PageSection, FigureError> {
             _ => continue,
         };
         let row = draw_row(NAME, scenario, name.to_owned(), wanted, &conditions)?;
+        if name == "L maze" {
+            rows.push(tracked_steps::draw_row(NAME, scenario, &conditions));
+        }
         if name == "T maze" {
             let pictures = row.panels.iter().map(|panel| panel.picture.clone());
             excerpt = Some((EXCERPT, beside(&pictures.collect::<Vec<_>>())));
