@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Belief, Map, Mapper};
+use super::{Belief, Map, MappedWall, Mapper};
 use crate::drive::Record;
 use crate::geometry::Vector;
 use crate::lattice::{Cell, Lattice};
@@ -94,6 +94,10 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
         }
         (0..footprint.refused).for_each(|_| map.refuse());
         map
+    }
+
+    fn walls(&self) -> &[MappedWall] {
+        self.mapper.walls()
     }
 }
 

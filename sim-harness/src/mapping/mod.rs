@@ -11,6 +11,7 @@ mod counting;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod mapped_wall;
 mod methods;
 mod wall_map;
 
@@ -21,8 +22,9 @@ pub use counting::CountingMapper;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use mapped_wall::MappedWall;
 pub use methods::{Method, Setup, UnknownMethod};
-pub use wall_map::{MappedWall, SensorGain, WallMapParameters, WallMapper};
+pub use wall_map::{SensorGain, WallMapParameters, WallMapper};
 
 use crate::drive::Record;
 
@@ -36,6 +38,11 @@ pub trait Mapper {
 
     /// The map so far.
     fn map(&self) -> Map;
+
+    /// The straight walls that the method has fitted so far; none for a method of cells.
+    fn walls(&self) -> &[MappedWall] {
+        &[]
+    }
 }
 
 impl<M: Mapper + ?Sized> Mapper for Box<M> {
@@ -49,6 +56,10 @@ impl<M: Mapper + ?Sized> Mapper for Box<M> {
 
     fn map(&self) -> Map {
         (**self).map()
+    }
+
+    fn walls(&self) -> &[MappedWall] {
+        (**self).walls()
     }
 }
 

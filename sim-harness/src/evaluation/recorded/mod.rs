@@ -14,6 +14,7 @@
 //! simulation separate the effect of the spacing from that of the readings.
 
 mod counts;
+mod ends;
 mod error;
 mod face;
 mod records;
@@ -34,6 +35,7 @@ use crate::mapping::Method;
 use crate::world::Physics;
 
 pub use counts::SensorError;
+pub use ends::{MappedEnd, WallEnd};
 pub use error::{KeyPlace, RecordedError};
 pub use walls::SeriesWalls;
 

@@ -53,24 +53,11 @@ use self::readings::Readings;
 use self::refine::{NormalEquations, Unknowns};
 use self::scene::WallScene;
 use self::tidy::MOST_TOGETHER;
-use super::{Map, Mapper};
+use super::{Map, MappedWall, Mapper};
 use crate::drive::Record;
 use crate::rig::Rig;
-use crate::sensors::WallSegment;
 
 pub use parameters::WallMapParameters;
-
-/// A wall of the map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MappedWall {
-    /// Where it is, metres in the world.
-    pub segment: WallSegment,
-    /// Covariance of its ends, m^2, row by row: x and y of `from`, then of `to`. That of
-    /// the linearised fit, the walls nearby fitted with it.
-    pub covariance_m2: [[f64; 4]; 4],
-    /// By how much the cost rises without it.
-    pub gain: f64,
-}
 
 /// The gain of a sensor that was fitted with the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,12 +95,6 @@ impl WallMapper {
             gains: Vec::new(),
             map: Map::unknown(cell_m),
         }
-    }
-
-    /// The walls that were found; none before `finish`.
-    #[must_use]
-    pub fn walls(&self) -> &[MappedWall] {
-        &self.walls
     }
 
     /// The gain of each mount; empty before `finish` and where no gains are fitted.
@@ -164,6 +145,11 @@ impl Mapper for WallMapper {
 
     fn map(&self) -> Map {
         self.map.clone()
+    }
+
+    /// The walls that were found; none before `finish`.
+    fn walls(&self) -> &[MappedWall] {
+        &self.walls
     }
 }
 

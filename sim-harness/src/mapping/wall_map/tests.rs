@@ -5,7 +5,7 @@ use super::*;
 use crate::drive::RangeScan;
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::Occupancy;
-use crate::sensors::{Sensor, WallLaw};
+use crate::sensors::{Sensor, WallLaw, WallSegment};
 
 const CELL_M: f64 = 0.01;
 
