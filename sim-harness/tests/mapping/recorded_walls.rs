@@ -27,7 +27,7 @@ fn judged(folder: &Path) -> RecordedReport {
     };
     let series = RecordedSeries::load(folder, &description).unwrap();
     assert_eq!(series.files().len(), 7);
-    series.judge(&settings).unwrap()
+    series.judge(&settings, &mut |_, _| {}).unwrap()
 }
 
 #[test]

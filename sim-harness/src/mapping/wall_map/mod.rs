@@ -53,7 +53,7 @@ use self::readings::Readings;
 use self::refine::{NormalEquations, Unknowns};
 use self::scene::WallScene;
 use self::tidy::MOST_TOGETHER;
-use super::{Map, MappedWall, Mapper};
+use super::{FinishProgress, Map, MappedWall, Mapper};
 use crate::drive::Record;
 use crate::rig::Rig;
 
@@ -119,13 +119,13 @@ impl Mapper for WallMapper {
         }
     }
 
-    fn finish(&mut self) {
+    fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
         if self.is_finished {
             return;
         }
         self.readings.mark_clipped();
         let mut scene = WallScene::new(&self.readings, &self.parameters);
-        scene.give_births();
+        scene.give_births(progress);
         let fitted = if self.parameters.gain_sigma > 0.0 {
             Unknowns::EndsAndGains
         } else {
@@ -134,10 +134,10 @@ impl Mapper for WallMapper {
         scene.settle(fitted);
         if fitted == Unknowns::EndsAndGains {
             // With other gains other walls are missing.
-            scene.give_births();
+            scene.give_births(progress);
             scene.settle(fitted);
         }
-        self.map = scene.draw(self.map.cell_m());
+        self.map = scene.draw(self.map.cell_m(), progress);
         self.walls = mapped_walls(&mut scene);
         self.gains = sensor_gains(&scene, fitted);
         self.is_finished = true;
@@ -145,6 +145,10 @@ impl Mapper for WallMapper {
 
     fn map(&self) -> Map {
         self.map.clone()
+    }
+
+    fn is_online(&self) -> bool {
+        false
     }
 
     /// The walls that were found; none before `finish`.
