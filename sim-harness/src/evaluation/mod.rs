@@ -30,6 +30,7 @@ mod stamps;
 mod surface_offset;
 mod trials;
 mod truth;
+mod wall_rows;
 mod walls;
 
 pub use assessment::Assessment;
@@ -55,4 +56,5 @@ pub use stamps::{StampRow, StampTrials};
 pub use surface_offset::SurfaceOffset;
 pub use trials::Trials;
 pub use truth::Truth;
+pub use wall_rows::{WallRow, WallRowSettings};
 pub use walls::{MappedPath, WALL_COVERED_M, WallReport, WallSide};
