@@ -45,6 +45,41 @@ pub(super) fn scores(comparison: &MethodComparison, trials: &[Trial]) {
     }
 }
 
+/// One table of all scenarios, one line per method, if there are several.
+pub(super) fn together(comparison: &MethodComparison, trials: &[Trial]) {
+    let scenarios = comparison.scenarios.len();
+    if scenarios < 2 {
+        return;
+    }
+    console::print(format_args!(
+        "All {scenarios} scenarios together. Bias, RMS: distance of the occupied cells behind \
+         the nearest visible surface within 80 mm"
+    ));
+    console::print(format_args!(
+        "{:20} {:>6} {:>5} {:>6} {:>7} {:>6} {:>5}",
+        "means over drives", "OE %", "TPR", "recall", "bias mm", "RMS mm", "cover"
+    ));
+    for method in &comparison.methods {
+        let Some(trials) = Trials::of_method(trials, *method) else {
+            continue;
+        };
+        let number = |metric, scale: f64, decimals| Number {
+            value: trials.mean_of_defined(metric).0.map(|value| scale * value),
+            decimals,
+        };
+        console::print(format_args!(
+            "{method:20} {:6} {:5} {:6} {:7} {:6} {:5}",
+            number(Metric::Oe, 100.0, 1),
+            number(Metric::Tpr, 1.0, 2),
+            number(Metric::SurfaceRecall, 1.0, 2),
+            number(Metric::SurfaceBias, 1e3, 1),
+            number(Metric::SurfaceRms, 1e3, 1),
+            number(Metric::Coverage, 1.0, 2),
+        ));
+    }
+    console::print("");
+}
+
 fn line(method: Method, trials: &Trials) -> String {
     let mean = |metric| trials.mean(metric);
     let percent = |value: Option<f64>| Number {

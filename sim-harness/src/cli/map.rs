@@ -1,11 +1,12 @@
 //! `cargo ipf map`: a recorded drive of any robot, mapped from its ranges.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
 use sim_harness::datasets::{DriveFile, PoseSource, recognise};
-use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
+use sim_harness::mapping::{FinishProgress, Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
@@ -92,12 +93,15 @@ impl MapCommand {
             keyframes: self.keyframes.keyframes(usual.keyframes),
             mounts: self.sensors.clone(),
         };
-        let mut progress = PassProgress::default();
-        let mut show = |bytes, length| progress.show("mapped", bytes, length);
-        let run = pipeline::run(
+        let progress = RefCell::new(PassProgress::default());
+        let mut show = |bytes, length| progress.borrow_mut().show("mapped", bytes, length);
+        let run = pipeline::run_with_progress(
             |take| pipeline::dataset_records(dataset, &drive, &options, &mut show, take),
             &mut mapper,
             &mut |_, _| {},
+            &mut |FinishProgress { stage, done, of }| {
+                progress.borrow_mut().show_count(stage, done, of);
+            },
         )?;
         drop(progress);
         map_report::left_out(&run);

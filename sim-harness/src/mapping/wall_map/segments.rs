@@ -7,28 +7,23 @@
 
 use std::collections::BTreeMap;
 
-use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker};
-use amiro_ipf::geometry::{Motion, Pose};
+use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
+use amiro_ipf::geometry::{Motion, Point, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
+
+use nalgebra::{Matrix2, Matrix4};
 
 use super::WallMapParameters;
 use super::readings::Readings;
 use super::scene::WallScene;
 use crate::drive::{RangeScan, Record};
 use crate::geometry::{Pose2, Vector};
-use crate::mapping::{Map, Mapper, Setup};
-use crate::sensors::{Sensor, WallSegment};
+use crate::mapping::{FinishProgress, Map, MappedWall, Mapper, Setup};
+use crate::sensors::{Sensor, WallSegment as Segment};
 
 /// Evidence of a segment from which on it is kept when the tracker drops it or leaves it
 /// behind, chi^2.
-const KEPT_EVIDENCE: f32 = 12.0;
-
-/// A segment in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct WorldWall {
-    segment: WallSegment,
-    evidence: f32,
-}
+const KEPT_EVIDENCE: f64 = 12.0;
 
 /// Maps the segments of a [`SegmentTracker`] that the readings need.
 ///
@@ -41,10 +36,11 @@ pub struct SegmentMapper {
     model: SegmentModel,
     tracker: SegmentTracker,
     pose: Option<Pose>,
-    walls: BTreeMap<u16, WorldWall>,
+    followed: BTreeMap<u16, MappedWall>,
     /// Walls that the tracker has dropped or left behind: their numbers may be used again.
-    left: Vec<WorldWall>,
+    left: Vec<MappedWall>,
     readings: Readings,
+    walls: Vec<MappedWall>,
     map: Map,
 }
 
@@ -70,9 +66,10 @@ impl SegmentMapper {
             model: SegmentModel::new(parameters, &photometry, &ring(&poses)),
             tracker: SegmentTracker::new(),
             pose: None,
-            walls: BTreeMap::new(),
+            followed: BTreeMap::new(),
             left: Vec::new(),
             readings: Readings::new(setup.rig, drawing),
+            walls: Vec::new(),
             map: Map::unknown(setup.cell_m),
         }
     }
@@ -94,35 +91,51 @@ impl SegmentMapper {
         let mut left = Vec::new();
         self.tracker
             .step(&self.model, &motion, &samples, &mut |segment| {
-                left.push((segment.id(), segment.evidence()));
+                left.push((segment.id(), f64::from(segment.evidence())));
             });
         for (id, evidence) in left {
             // Its last place is that of the step before.
-            if let Some(wall) = self.walls.remove(&id)
+            if let Some(wall) = self.followed.remove(&id)
                 && evidence >= KEPT_EVIDENCE
             {
                 self.left.push(wall);
             }
         }
-        self.walls.clear();
-        for segment in self.tracker.segments() {
-            let [from, to] = segment
-                .ends()
-                .map(|end| Vector::from(pose.world_from_body(self.tracker.body_from_track(end))));
-            let wall = WorldWall {
-                segment: WallSegment::new(from, to),
-                evidence: segment.evidence(),
-            };
-            self.walls.insert(segment.id(), wall);
-        }
+        let segments = self.tracker.segments().iter();
+        let in_world = |segment| (WallSegment::id(segment), self.in_world(&pose, segment));
+        self.followed = segments.map(in_world).collect();
         self.readings.take(scan);
+    }
+
+    /// A tracked segment in the world, at the robot's pose.
+    fn in_world(&self, pose: &Pose, segment: &WallSegment) -> MappedWall {
+        let place = |end| Vector::from(pose.world_from_body(self.tracker.body_from_track(end)));
+        let [from, to] = segment.ends().map(place);
+        // The images of the axes turn the covariance.
+        let origin = place(Point::default());
+        let (x, y) = (
+            place(Point::new(1.0, 0.0)) - origin,
+            place(Point::new(0.0, 1.0)) - origin,
+        );
+        let turn = Matrix2::new(x.x, y.x, x.y, y.y);
+        let mut both = Matrix4::zeros();
+        for end in [0, 2] {
+            both.fixed_view_mut::<2, 2>(end, end).copy_from(&turn);
+        }
+        let covariance = both * segment.covariance().cast::<f64>() * both.transpose();
+        MappedWall {
+            segment: Segment::new(from, to),
+            // Rows are columns: the matrix is symmetric.
+            covariance_m2: covariance.into(),
+            gain: f64::from(segment.evidence()),
+        }
     }
 
     /// The tracker starts again; what it knew stays in the map.
     fn leave_all(&mut self) {
-        let walls = core::mem::take(&mut self.walls).into_values();
+        let walls = core::mem::take(&mut self.followed).into_values();
         self.left
-            .extend(walls.filter(|wall| wall.evidence >= KEPT_EVIDENCE));
+            .extend(walls.filter(|wall| wall.gain >= KEPT_EVIDENCE));
         self.tracker.reset();
         self.pose = None;
     }
@@ -137,13 +150,23 @@ impl Mapper for SegmentMapper {
         }
     }
 
-    fn finish(&mut self) {
+    fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
         self.readings.mark_clipped();
+        let all = self.left.iter().chain(self.followed.values());
+        self.walls = all.copied().collect();
         let mut scene = WallScene::new(&self.readings, &self.drawing);
-        for wall in self.left.iter().chain(self.walls.values()) {
+        for wall in &self.walls {
             scene.change(&[(scene.next(), Some(wall.segment))]);
         }
-        self.map = scene.draw(self.map.cell_m());
+        self.map = scene.draw(self.map.cell_m(), progress);
+    }
+
+    fn is_online(&self) -> bool {
+        false
+    }
+
+    fn walls(&self) -> &[MappedWall] {
+        &self.walls
     }
 
     fn map(&self) -> Map {
@@ -171,7 +194,7 @@ mod tests {
     use crate::mapping::{Method, Occupancy};
     use crate::rig::Rig;
     use amiro_ipf::filter::Profile;
-    use amiro_ipf::geometry::{Point, Rotation};
+    use amiro_ipf::geometry::Rotation;
     use amiro_ipf::model::{Wall, WallLaw};
     use amiro_ipf::node::Config;
 
@@ -201,7 +224,7 @@ mod tests {
         let config = Config::amiro(Profile::Paper);
         let mut mapper = Method::SEGMENTS.mapper(&Setup::new(&Rig::from(&config), 0.01));
         drive(&mut mapper, &config);
-        mapper.finish();
+        mapper.finish(&mut |_| {});
         let map = mapper.map();
         let occupied: Vec<_> = map.cells_of(Occupancy::Occupied).collect();
         for cell in &occupied {
@@ -234,7 +257,7 @@ mod tests {
             returns: Vec::new(),
             signals: Vec::new(),
         }));
-        mapper.finish();
+        mapper.finish(&mut |_| {});
         assert_eq!(mapper.map().count(Occupancy::Free), 0);
     }
 }
