@@ -17,15 +17,13 @@
 
 mod pieces;
 
-use std::collections::BTreeMap;
-
-use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker};
+use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
 use amiro_ipf::geometry::{Motion, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 
 use self::pieces::{PIECE_M, REACH_M, WallPiece, full_lobe, huber, is_hidden, near, pieces};
 use super::{Belief, Grid, Map, Mapper, Setup};
-use crate::drive::{RangeScan, Record};
+use crate::drive::{KnownWalls, RangeScan, Record, WallState, WallStep};
 use crate::geometry::{Pose2, Vector};
 use crate::sensors::Sensor;
 
@@ -62,13 +60,6 @@ impl SegmentDrawing {
     };
 }
 
-/// A segment in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct WorldWall {
-    ends: [Vector; 2],
-    evidence: f32,
-}
-
 /// A reading of one sensor.
 #[derive(Clone, Copy, Debug)]
 struct WorldReading {
@@ -97,9 +88,8 @@ pub struct SegmentMapper {
     model: SegmentModel,
     tracker: SegmentTracker,
     pose: Option<Pose>,
-    walls: BTreeMap<u16, WorldWall>,
-    /// Walls that are left for good: their numbers may be used again.
-    left: Vec<WorldWall>,
+    steps: u32,
+    walls: KnownWalls,
     measured: Vec<WorldReading>,
 }
 
@@ -133,8 +123,8 @@ impl SegmentMapper {
             model: SegmentModel::new(parameters, &photometry, &ring),
             tracker: SegmentTracker::new(),
             pose: None,
-            walls: BTreeMap::new(),
-            left: Vec::new(),
+            steps: 0,
+            walls: KnownWalls::new(f64::from(drawing.evidence)),
             measured: Vec::new(),
         }
     }
@@ -156,27 +146,18 @@ impl SegmentMapper {
         let mut left = Vec::new();
         self.tracker
             .step(&self.model, &motion, &samples, &mut |segment| {
-                left.push((segment.id(), segment.evidence()));
+                if segment.evidence() >= self.drawing.evidence {
+                    left.push(segment.id());
+                }
             });
-        for (id, evidence) in left {
-            // Its last place is that of the step before.
-            if let Some(wall) = self.walls.remove(&id)
-                && evidence >= self.drawing.evidence
-            {
-                self.left.push(wall);
-            }
-        }
-        self.walls.clear();
-        for segment in self.tracker.segments() {
-            let ends = segment
-                .ends()
-                .map(|end| Vector::from(pose.world_from_body(self.tracker.body_from_track(end))));
-            let wall = WorldWall {
-                ends,
-                evidence: segment.evidence(),
-            };
-            self.walls.insert(segment.id(), wall);
-        }
+        let step = WallStep {
+            index: self.steps,
+            stamp_us: Some(scan.stamp_us),
+        };
+        self.steps = self.steps.wrapping_add(1);
+        let segments = self.tracker.segments().iter();
+        let seen = segments.map(|segment| (segment.id(), state(&self.tracker, segment, &pose)));
+        self.walls.step(step, seen, &[], &left);
         self.measure(scan, &samples);
     }
 
@@ -214,8 +195,7 @@ impl SegmentMapper {
     }
 
     fn all_walls(&self) -> Vec<[Vector; 2]> {
-        let all = self.left.iter().chain(self.walls.values());
-        all.map(|wall| wall.ends).collect()
+        self.walls.standing().map(|wall| wall.state.ends).collect()
     }
 
     /// Signal of all pieces in each reading, and chi^2 of each piece.
@@ -292,12 +272,7 @@ impl Mapper for SegmentMapper {
         match record {
             Record::Scan(scan) => self.add(scan),
             Record::OdometryReset { .. } => {
-                self.left.extend(
-                    self.walls
-                        .values()
-                        .filter(|wall| wall.evidence >= self.drawing.evidence),
-                );
-                self.walls.clear();
+                self.walls.reset();
                 self.tracker.reset();
                 self.pose = None;
             }
@@ -333,6 +308,19 @@ impl Mapper for SegmentMapper {
             }
         }
         map
+    }
+}
+
+/// The state of a segment in the world.
+fn state(tracker: &SegmentTracker, segment: &WallSegment, pose: &Pose) -> WallState {
+    let sigmas = segment.end_sigmas();
+    let finite = |metres: f32| metres.is_finite().then_some(f64::from(metres));
+    let ends = segment.ends();
+    WallState {
+        ends: ends.map(|end| Vector::from(pose.world_from_body(tracker.body_from_track(end)))),
+        along_m: sigmas.map(|end| finite(end.along_m)),
+        across_m: sigmas.map(|end| finite(end.across_m)),
+        evidence: f64::from(segment.evidence()),
     }
 }
 
