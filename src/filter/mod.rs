@@ -30,7 +30,8 @@ pub use model::Model;
 pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, SurvivalRule};
 pub use particles::ParticleSet;
 pub use segments::{
-    MAX_SEGMENTS, MAX_WINDOW, SegmentModel, SegmentParameters, SegmentTracker, WallSegment,
+    EndSigma, MAX_SEGMENTS, MAX_WINDOW, SegmentModel, SegmentParameters, SegmentTracker,
+    WallSegment,
 };
 pub use step::InverseParticleFilter;
 pub use tally::Tally;

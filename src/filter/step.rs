@@ -4,7 +4,9 @@ use super::propagate::InverseKinematics;
 use super::resample::Resampler;
 use super::tally::Tally;
 use super::wall_scan::WallScan;
-use super::{Model, Outcome, ParticleSet, Scan, SegmentModel, WallParameters, WallSegment};
+use super::{
+    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentTracker, WallParameters, WallSegment,
+};
 use crate::checksum::Digest;
 use crate::geometry::{Motion, Point};
 use crate::model::{Reading, SENSORS, Sample};
@@ -83,13 +85,26 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.particles.tracker.segments()
     }
 
+    /// The tracker of the wall segments; it does nothing but in the profile `wall`.
+    #[must_use]
+    pub fn tracker(&self) -> &SegmentTracker {
+        &self.particles.tracker
+    }
+
     /// Fits the wall segments to the samples of a step; to be called before
     /// [`step_on_walls`](Self::step_on_walls). Nothing happens with the model of another
-    /// profile.
+    /// profile. `retired` receives the segments that are left behind, as in
+    /// [`SegmentTracker::step`].
     ///
     /// Apart from the step, so that the stack holds the fit or the scan, not both.
     #[inline(never)]
-    pub fn track(&mut self, model: &Model, motion: &Motion, samples: &[Sample; SENSORS]) {
+    pub fn track(
+        &mut self,
+        model: &Model,
+        motion: &Motion,
+        samples: &[Sample; SENSORS],
+        retired: &mut impl FnMut(&WallSegment),
+    ) {
         if let Some(walls) = model.walls {
             let ParticleSet {
                 tracker,
@@ -102,7 +117,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
             let Some(segments) = segment_model else {
                 return;
             };
-            tracker.step(segments, motion, samples, &mut |_| {});
+            tracker.step(segments, motion, samples, retired);
         }
     }
 

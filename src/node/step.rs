@@ -1,8 +1,8 @@
 //! A step of the filter in the node, and its events.
 
 use super::batch::Batch;
-use super::{Event, Node, Obstacle, StepBegun, StepDone, StepInput};
-use crate::filter::Tally;
+use super::{Event, Node, Obstacle, StepBegun, StepDone, StepInput, Walls};
+use crate::filter::{Tally, WallSegment};
 use crate::math;
 
 impl<const N: usize> Node<'_, N> {
@@ -36,7 +36,7 @@ impl<const N: usize> Node<'_, N> {
         let photometry = self.model.photometry();
         let readings = step.samples.map(|sample| photometry.read(sample));
         emit(&step_begun(index, step));
-        self.filter.track(&self.model, &step.motion, &step.samples);
+        self.track_walls(index, step, emit);
         let mut batch = Batch::new(index, emit);
         let mut report = |position, outcome| batch.push(position, outcome);
         let tally = self
@@ -46,6 +46,18 @@ impl<const N: usize> Node<'_, N> {
         let digest = self.filter.digest();
         emit(&Event::StepDone(step_done(index, digest, &tally)));
         self.end_step(index, &tally);
+    }
+
+    /// Fits the wall segments and emits them, ahead of the particles: a motion planner has
+    /// them 0.1 s earlier.
+    #[inline(never)]
+    fn track_walls(&mut self, index: u32, step: &StepInput, emit: &mut impl FnMut(&Event)) {
+        let mut walls = Walls::new(index);
+        let mut left = |segment: &WallSegment| walls.leave(segment);
+        self.filter
+            .track(&self.model, &step.motion, &step.samples, &mut left);
+        walls.track(self.filter.tracker(), &step.pose);
+        emit(&Event::Walls(walls));
     }
 
     fn end_step(&mut self, index: u32, tally: &Tally) {

@@ -84,6 +84,18 @@ pub(super) fn found(summary: &RunSummary, scores: Option<&DriveScores>, resets: 
             1e3 * radius_m
         ));
     }
+    if let Some(walls) = &summary.wall_segments {
+        console::print(format_args!(
+            "{} wall segments of {:.2} m together, orange in map.png and listed in walls.csv",
+            walls.standing, walls.length_m
+        ));
+        if walls.refused > 0 {
+            console::warn(format_args!(
+                "{} more segments were not kept",
+                walls.refused
+            ));
+        }
+    }
     match resets {
         0 => {}
         times => console::print(format_args!(

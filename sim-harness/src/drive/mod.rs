@@ -2,6 +2,7 @@
 
 mod filter_records;
 mod keyframes;
+mod known_walls;
 mod no_steps;
 mod record;
 mod replayed_config;
@@ -10,6 +11,7 @@ mod step_records;
 pub use filter_records::FilterRecords;
 pub(crate) use filter_records::scan_records;
 pub use keyframes::Keyframes;
+pub use known_walls::{KnownWall, KnownWalls, WallFate, WallState, WallStep};
 pub use no_steps::{InputCheck, NoSteps};
 pub use record::{PointOutcome, RangeScan, Record, Return};
 pub use replayed_config::replayed_config;

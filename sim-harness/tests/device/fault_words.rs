@@ -13,7 +13,7 @@ use amiro_ipf::board::health::Health;
 use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::{PostMortem, Supervision};
 use amiro_ipf::link::{Boot, FrameError, Message, Status, WIRE_VERSION};
-use amiro_ipf::node::{Config, Event, InputError, Particles, StepBegun, StepDone};
+use amiro_ipf::node::{Config, Event, InputError, Particles, StepBegun, StepDone, Walls};
 use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
@@ -25,7 +25,7 @@ const PAGE: &str = include_str!("../../../docs/faults.md");
 
 /// The payloads of the messages of a board; `Answer` has no type of its own.
 type Payloads = (
-    (Boot, Config, StepBegun, Particles, StepDone),
+    (Boot, Config, StepBegun, Walls, Particles, StepDone),
     (Status, Health, OffsetReport, PostMortem, Supervision),
 );
 
@@ -35,6 +35,7 @@ const _: fn(&Message) = |message| match message {
     Message::Event(
         Event::Configured(_)
         | Event::StepBegun(_)
+        | Event::Walls(_)
         | Event::Particles(_)
         | Event::StepDone(_)
         | Event::OdometryReset { .. },

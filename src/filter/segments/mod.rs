@@ -56,7 +56,7 @@ mod tests;
 
 pub(crate) use claims::SeenSegment;
 pub use parameters::SegmentParameters;
-pub use segment::WallSegment;
+pub use segment::{EndSigma, WallSegment};
 pub use tracker::{SegmentModel, SegmentTracker};
 
 /// Most segments that are tracked, frozen ones included.

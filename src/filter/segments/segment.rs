@@ -19,6 +19,15 @@ pub struct WallSegment {
     pub(super) prior: Prior,
 }
 
+/// Standard deviations of an end of a segment, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndSigma {
+    /// Along the segment.
+    pub along_m: f32,
+    /// Across it.
+    pub across_m: f32,
+}
+
 /// The readings that have left the window, as a normal distribution of the ends.
 ///
 /// In the coordinates along and across `along`, of the first end, then of the second;
@@ -66,6 +75,32 @@ impl WallSegment {
     #[must_use]
     pub fn covariance(&self) -> &Matrix4<f32> {
         &self.covariance
+    }
+
+    /// Standard deviations of the two ends, all other segments held; infinite before the
+    /// first fit and where the readings and the prior leave the end open.
+    ///
+    /// They hold the sensors' noise and the relative error of each signal as if it were
+    /// new in every reading. A gain that is off by the same share in all readings moves
+    /// the whole wall farther.
+    #[must_use]
+    pub fn end_sigmas(&self) -> [EndSigma; 2] {
+        let Point { x, y } = Prior::none(&self.ends).along;
+        let entry = |row: usize, column: usize| {
+            let entry = self.covariance.get((row, column));
+            entry.copied().unwrap_or(0.0)
+        };
+        [0, 2].map(|end| {
+            let (a, b, d) = (
+                entry(end, end),
+                entry(end, end + 1),
+                entry(end + 1, end + 1),
+            );
+            EndSigma {
+                along_m: deviation_m(x * x * a + 2.0 * x * y * b + y * y * d),
+                across_m: deviation_m(y * y * a - 2.0 * x * y * b + x * x * d),
+            }
+        })
     }
 
     /// Cost that the segment has saved at readings that have left the window (chi^2).
@@ -222,6 +257,15 @@ impl Prior {
             }
         }
         joined
+    }
+}
+
+/// The root of a variance, metres; infinite for what is no variance.
+fn deviation_m(variance: f32) -> f32 {
+    if variance > 0.0 && variance.is_finite() {
+        math::sqrt(variance)
+    } else {
+        f32::INFINITY
     }
 }
 

@@ -59,7 +59,7 @@ use crate::drive::Record;
 use crate::rig::Rig;
 
 pub use parameters::WallMapParameters;
-pub use segments::SegmentMapper;
+pub use segments::{KEPT_EVIDENCE, SegmentMapper};
 
 /// The gain of a sensor that was fitted with the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,25 +5,21 @@
 //! segments as the batch map draws its walls: what the readings need. The far end of a
 //! long wall that no reading shows is not drawn.
 
-use std::collections::BTreeMap;
-
 use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
-use amiro_ipf::geometry::{Motion, Point, Pose};
+use amiro_ipf::geometry::{Motion, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
-
-use nalgebra::{Matrix2, Matrix4};
 
 use super::WallMapParameters;
 use super::readings::Readings;
 use super::scene::WallScene;
-use crate::drive::{RangeScan, Record};
+use crate::drive::{KnownWall, KnownWalls, RangeScan, Record, WallState, WallStep};
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::{FinishProgress, Map, MappedWall, Mapper, Setup};
 use crate::sensors::{Sensor, WallSegment as Segment};
 
 /// Evidence of a segment from which on it is kept when the tracker drops it or leaves it
 /// behind, chi^2.
-const KEPT_EVIDENCE: f64 = 12.0;
+pub const KEPT_EVIDENCE: f64 = 12.0;
 
 /// Maps the segments of a [`SegmentTracker`] that the readings need.
 ///
@@ -36,9 +32,8 @@ pub struct SegmentMapper {
     model: SegmentModel,
     tracker: SegmentTracker,
     pose: Option<Pose>,
-    followed: BTreeMap<u16, MappedWall>,
-    /// Walls that the tracker has dropped or left behind: their numbers may be used again.
-    left: Vec<MappedWall>,
+    steps: u32,
+    known: KnownWalls,
     readings: Readings,
     walls: Vec<MappedWall>,
     map: Map,
@@ -66,8 +61,8 @@ impl SegmentMapper {
             model: SegmentModel::new(parameters, &photometry, &ring(&poses)),
             tracker: SegmentTracker::new(),
             pose: None,
-            followed: BTreeMap::new(),
-            left: Vec::new(),
+            steps: 0,
+            known: KnownWalls::new(KEPT_EVIDENCE),
             readings: Readings::new(setup.rig, drawing),
             walls: Vec::new(),
             map: Map::unknown(setup.cell_m),
@@ -91,53 +86,19 @@ impl SegmentMapper {
         let mut left = Vec::new();
         self.tracker
             .step(&self.model, &motion, &samples, &mut |segment| {
-                left.push((segment.id(), f64::from(segment.evidence())));
+                if f64::from(segment.evidence()) >= KEPT_EVIDENCE {
+                    left.push(segment.id());
+                }
             });
-        for (id, evidence) in left {
-            // Its last place is that of the step before.
-            if let Some(wall) = self.followed.remove(&id)
-                && evidence >= KEPT_EVIDENCE
-            {
-                self.left.push(wall);
-            }
-        }
+        let step = WallStep {
+            index: self.steps,
+            stamp_us: Some(scan.stamp_us),
+        };
+        self.steps = self.steps.wrapping_add(1);
         let segments = self.tracker.segments().iter();
-        let in_world = |segment| (WallSegment::id(segment), self.in_world(&pose, segment));
-        self.followed = segments.map(in_world).collect();
+        let seen = segments.map(|segment| (segment.id(), state(&self.tracker, segment, &pose)));
+        self.known.step(step, seen, &[], &left);
         self.readings.take(scan);
-    }
-
-    /// A tracked segment in the world, at the robot's pose.
-    fn in_world(&self, pose: &Pose, segment: &WallSegment) -> MappedWall {
-        let place = |end| Vector::from(pose.world_from_body(self.tracker.body_from_track(end)));
-        let [from, to] = segment.ends().map(place);
-        // The images of the axes turn the covariance.
-        let origin = place(Point::default());
-        let (x, y) = (
-            place(Point::new(1.0, 0.0)) - origin,
-            place(Point::new(0.0, 1.0)) - origin,
-        );
-        let turn = Matrix2::new(x.x, y.x, x.y, y.y);
-        let mut both = Matrix4::zeros();
-        for end in [0, 2] {
-            both.fixed_view_mut::<2, 2>(end, end).copy_from(&turn);
-        }
-        let covariance = both * segment.covariance().cast::<f64>() * both.transpose();
-        MappedWall {
-            segment: Segment::new(from, to),
-            // Rows are columns: the matrix is symmetric.
-            covariance_m2: covariance.into(),
-            gain: f64::from(segment.evidence()),
-        }
-    }
-
-    /// The tracker starts again; what it knew stays in the map.
-    fn leave_all(&mut self) {
-        let walls = core::mem::take(&mut self.followed).into_values();
-        self.left
-            .extend(walls.filter(|wall| wall.gain >= KEPT_EVIDENCE));
-        self.tracker.reset();
-        self.pose = None;
     }
 }
 
@@ -145,15 +106,19 @@ impl Mapper for SegmentMapper {
     fn take(&mut self, record: &Record) {
         match record {
             Record::Scan(scan) => self.add(scan),
-            Record::OdometryReset { .. } => self.leave_all(),
+            // The tracker starts again; what it knew stays in the map.
+            Record::OdometryReset { .. } => {
+                self.known.reset();
+                self.tracker.reset();
+                self.pose = None;
+            }
             Record::Pose { .. } | Record::Outcomes(_) => {}
         }
     }
 
     fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
         self.readings.mark_clipped();
-        let all = self.left.iter().chain(self.followed.values());
-        self.walls = all.copied().collect();
+        self.walls = self.known.standing().map(mapped).collect();
         let mut scene = WallScene::new(&self.readings, &self.drawing);
         for wall in &self.walls {
             scene.change(&[(scene.next(), Some(wall.segment))]);
@@ -171,6 +136,49 @@ impl Mapper for SegmentMapper {
 
     fn map(&self) -> Map {
         self.map.clone()
+    }
+}
+
+/// The state of a segment in the world.
+fn state(tracker: &SegmentTracker, segment: &WallSegment, pose: &Pose) -> WallState {
+    let sigmas = segment.end_sigmas();
+    let finite = |metres: f32| metres.is_finite().then_some(f64::from(metres));
+    let place = |end| Vector::from(pose.world_from_body(tracker.body_from_track(end)));
+    WallState {
+        ends: segment.ends().map(place),
+        along_m: sigmas.map(|end| finite(end.along_m)),
+        across_m: sigmas.map(|end| finite(end.across_m)),
+        evidence: f64::from(segment.evidence()),
+    }
+}
+
+/// A segment as a wall of the map: its deviations along and across as a covariance.
+fn mapped(wall: &KnownWall) -> MappedWall {
+    let state = &wall.state;
+    let [from, to] = state.ends;
+    let way = to - from;
+    let along = way.scaled(1.0 / way.norm().max(1e-9));
+    let mut covariance_m2 = [[0.0; 4]; 4];
+    for (end, (along_m, across_m)) in state.along_m.iter().zip(state.across_m).enumerate() {
+        let block = match (along_m, across_m) {
+            (Some(t), Some(n)) => {
+                let (t, n) = (t * t, n * n);
+                let (xx, yy) = (along.x * along.x, along.y * along.y);
+                let xy = (t - n) * along.x * along.y;
+                [[t * xx + n * yy, xy], [xy, t * yy + n * xx]]
+            }
+            _ => [[f64::INFINITY; 2]; 2],
+        };
+        for (row, values) in covariance_m2.iter_mut().skip(2 * end).zip(block) {
+            for (place, value) in row.iter_mut().skip(2 * end).zip(values) {
+                *place = value;
+            }
+        }
+    }
+    MappedWall {
+        segment: Segment::new(from, to),
+        covariance_m2,
+        gain: state.evidence,
     }
 }
 
@@ -194,7 +202,7 @@ mod tests {
     use crate::mapping::{Method, Occupancy};
     use crate::rig::Rig;
     use amiro_ipf::filter::Profile;
-    use amiro_ipf::geometry::Rotation;
+    use amiro_ipf::geometry::{Point, Rotation};
     use amiro_ipf::model::{Wall, WallLaw};
     use amiro_ipf::node::Config;
 
