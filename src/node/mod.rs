@@ -34,4 +34,4 @@ pub use seed::SeedSource;
 pub use status::{NodeStatus, Obstacle};
 pub use step_scheduler::{Scheduled, StepInput, StepScheduler};
 pub use step_trigger::StepTrigger;
-pub use walls::{SeenWall, Walls};
+pub use walls::{TrackedWall, Walls};

@@ -19,6 +19,7 @@ fn fed(node: &mut Node<'_, 160>, inputs: &[Input]) -> String {
             kinds.push(match event {
                 Event::Configured(_) => 'C',
                 Event::StepBegun(_) => 'b',
+                Event::Walls(_) => 'w',
                 Event::Particles(_) => 'p',
                 Event::StepDone(_) => 'd',
                 _ => '?',
@@ -57,6 +58,29 @@ fn first_reading_steps_and_then_every_ten_millimetres() {
         .flat_map(|row| at(24_000 + row * 8_000, 0.0101 + row as f32 * 1e-3, 0.0))
         .collect();
     assert_eq!(steps(&fed(&mut node, &way)), 9);
+}
+
+#[test]
+fn walls_come_once_per_step_of_the_profile_wall_ahead_of_the_particles() {
+    let mut set = ParticleSet::new();
+    let mut node = Node::new(&mut set);
+    let config = Config {
+        parameters: Profile::Wall.parameters(),
+        ..config()
+    };
+    fed(&mut node, &[Input::Configure(config)]);
+    let mut kinds = String::new();
+    for step in 0..3_u8 {
+        let x = 0.0101 * f32::from(step);
+        kinds += &fed(&mut node, &at(1_000_000 * u64::from(step), x, 0.0));
+    }
+    let letters: Vec<&str> = kinds.split_inclusive('d').collect();
+    assert_eq!(letters.len(), 3, "{kinds}");
+    for letters in letters {
+        let particles = letters.trim_start_matches("bw").trim_end_matches('d');
+        assert!(letters.starts_with("bw"), "{kinds}");
+        assert!(particles.chars().all(|kind| kind == 'p'), "{kinds}");
+    }
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub struct Walls {
     pub block: [i16; 2],
     /// The segments within reach.
     #[serde(with = "packed")]
-    pub seen: Vec<SeenWall, MAX_SEGMENTS, u8>,
+    pub seen: Vec<TrackedWall, MAX_SEGMENTS, u8>,
     /// Numbers of the segments that are out of reach, and kept for the robot's return.
     pub out_of_reach: Vec<u16, MAX_SEGMENTS, u8>,
     /// Numbers of the segments that were left behind in this step: they stay where they
@@ -38,7 +38,7 @@ pub struct Walls {
 /// A segment within reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SeenWall {
+pub struct TrackedWall {
     /// A number that no other segment has while this one is tracked.
     pub id: u16,
     /// x and y of both ends, in 0.5 mm from the block.
@@ -88,7 +88,7 @@ impl Walls {
             if let [Some(from), Some(to)] = ends
                 && from != to
             {
-                let _ = self.seen.push(SeenWall::new(segment, [from, to]));
+                let _ = self.seen.push(TrackedWall::new(segment, [from, to]));
             }
         }
         while self.named() > MOST_NAMED && self.left.pop().is_some() {}
@@ -96,7 +96,7 @@ impl Walls {
 
     /// The ends of a segment in the frame of the odometry: x and y, in 0.5 mm.
     #[must_use]
-    pub fn ends_half_mm(&self, wall: &SeenWall) -> [[i32; 2]; 2] {
+    pub fn ends_half_mm(&self, wall: &TrackedWall) -> [[i32; 2]; 2] {
         let [block_x, block_y] = self.block.map(|block| BLOCK * i32::from(block));
         wall.ends
             .map(|[x, y]| [block_x + i32::from(x), block_y + i32::from(y)])
@@ -138,7 +138,7 @@ impl Walls {
     }
 }
 
-impl SeenWall {
+impl TrackedWall {
     fn new(segment: &WallSegment, ends: [[i16; 2]; 2]) -> Self {
         let sigmas = segment.end_sigmas();
         Self {
@@ -188,14 +188,14 @@ mod packed {
     use serde::de::{Error, Visitor};
     use serde::{Deserializer, Serializer};
 
-    use super::SeenWall;
+    use super::TrackedWall;
     use crate::filter::MAX_SEGMENTS;
 
     /// Bytes of a segment.
     const BYTES: usize = 15;
 
     pub(super) fn serialize<S: Serializer>(
-        seen: &Vec<SeenWall, MAX_SEGMENTS, u8>,
+        seen: &Vec<TrackedWall, MAX_SEGMENTS, u8>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         let mut bytes = [[0; BYTES]; MAX_SEGMENTS];
@@ -208,14 +208,14 @@ mod packed {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
-    ) -> Result<Vec<SeenWall, MAX_SEGMENTS, u8>, D::Error> {
+    ) -> Result<Vec<TrackedWall, MAX_SEGMENTS, u8>, D::Error> {
         deserializer.deserialize_bytes(Fifteens)
     }
 
     struct Fifteens;
 
     impl Visitor<'_> for Fifteens {
-        type Value = Vec<SeenWall, MAX_SEGMENTS, u8>;
+        type Value = Vec<TrackedWall, MAX_SEGMENTS, u8>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             write!(f, "at most {MAX_SEGMENTS} times {BYTES} bytes")
@@ -235,7 +235,7 @@ mod packed {
         }
     }
 
-    fn to_bytes(wall: &SeenWall) -> [u8; BYTES] {
+    fn to_bytes(wall: &TrackedWall) -> [u8; BYTES] {
         let [id_low, id_high] = wall.id.to_le_bytes();
         let [from, to] = wall.ends;
         let [x0, y0] = from.map(i16::to_le_bytes);
@@ -261,13 +261,13 @@ mod packed {
         ]
     }
 
-    fn from_bytes(bytes: &[u8; BYTES]) -> SeenWall {
+    fn from_bytes(bytes: &[u8; BYTES]) -> TrackedWall {
         let [id, x0, y0, x1, y1] = {
             let [a, b, c, d, e, f, g, h, i, j, ..] = *bytes;
             [[a, b], [c, d], [e, f], [g, h], [i, j]]
         };
         let [.., along_0, along_1, across_0, across_1, evidence] = *bytes;
-        SeenWall {
+        TrackedWall {
             id: u16::from_le_bytes(id),
             ends: [[x0, y0], [x1, y1]].map(|end| end.map(i16::from_le_bytes)),
             along: [along_0, along_1],
@@ -291,9 +291,9 @@ mod tests {
             };
             for side in [-8.0, 0.0, 8.0] {
                 let end = half_millimetres(Point::new(metres + side, -metres + 0.1));
-                let wall = SeenWall {
+                let wall = TrackedWall {
                     ends: [offset(end, walls.block).unwrap(), [0; 2]],
-                    ..SeenWall::default()
+                    ..TrackedWall::default()
                 };
                 assert_eq!(walls.ends_half_mm(&wall)[0], end, "{metres} m");
             }

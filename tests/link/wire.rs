@@ -29,7 +29,7 @@ use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, 
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use amiro_ipf::node::{
     BATCH, Config, Event, Input, InputError, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
-    SampleSelection, SeedSource, SeenWall, Source, StepBegun, StepDone, StepRule, Walls,
+    SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule, TrackedWall, Walls,
 };
 use amiro_ipf::random::{Generator, uniform_below};
 use proptest::prelude::*;
@@ -159,14 +159,14 @@ fn example_batch(count: i16) -> Particles {
 /// reach, one that was left behind.
 fn example_walls() -> Walls {
     let seen = [
-        SeenWall {
+        TrackedWall {
             id: 3,
             ends: [[240, 7512], [-160, 7514]],
             along: [9, 255],
             across: [3, 2],
             evidence: 255,
         },
-        SeenWall {
+        TrackedWall {
             id: 300,
             ends: [[-200, 7300], [-198, 7420]],
             along: [40, 41],
@@ -636,8 +636,8 @@ fn walls_alone_fit_a_line_of_9600_baud_at_eight_hertz() {
 }
 
 /// A wall of a number.
-fn wall_of(id: u16) -> SeenWall {
-    SeenWall {
+fn wall_of(id: u16) -> TrackedWall {
+    TrackedWall {
         id,
         ends: [[100, 200], [300, 400]],
         along: [8, 9],
@@ -1336,7 +1336,7 @@ fn any_walls() -> impl Strategy<Value = Walls> {
         let id = |place: usize| first.wrapping_add(1000 * place as u16);
         let tracked = seen.len();
         let walls = seen.into_iter().enumerate();
-        let walls = walls.map(|(place, (from, to, along, across, evidence))| SeenWall {
+        let walls = walls.map(|(place, (from, to, along, across, evidence))| TrackedWall {
             id: id(place),
             ends: [from, to],
             along,

@@ -1,13 +1,10 @@
 //! Compares a board's run with the host's own, step by step, by the payloads' bytes.
 
-use std::collections::hash_map::DefaultHasher;
-use std::hash::Hasher;
-
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::link::{Boot, MessageRef};
 use amiro_ipf::node::{Event, InputError, Particles, StepBegun, StepDone, Walls};
 
-use super::expected::{ExpectedRun, ExpectedStep};
+use super::expected::{ExpectedRun, ExpectedStep, hash};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
 
 /// The host's run, and its comparison with a board's or a recorded run.
@@ -54,17 +51,6 @@ struct CurrentStep {
 struct Difference {
     step: Option<u32>,
     text: String,
-}
-
-/// A message's payload: floats are compared by their bits, not by their value.
-fn hash(event: &Event) -> u64 {
-    let mut bytes = [0; amiro_ipf::link::MAX_FRAME];
-    let mut hasher = DefaultHasher::new();
-    // No event is larger than a frame.
-    if let Ok(payload) = postcard::to_slice(&MessageRef::Event(event), &mut bytes) {
-        hasher.write(payload);
-    }
-    hasher.finish()
 }
 
 impl Comparison {

@@ -1,9 +1,25 @@
 //! The host's run as a comparison needs it: hashes of its messages, in bounded memory.
 
 use std::collections::VecDeque;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::Hasher;
 use std::io::{self, ErrorKind, Read};
 
+use amiro_ipf::link::MessageRef;
+use amiro_ipf::node::Event;
+
 use crate::spool::{Spool, SpoolReader};
+
+/// A message's payload: floats are compared by their bits, not by their value.
+pub(super) fn hash(event: &Event) -> u64 {
+    let mut bytes = [0; amiro_ipf::link::MAX_FRAME];
+    let mut hasher = DefaultHasher::new();
+    // No event is larger than a frame.
+    if let Ok(payload) = postcard::to_slice(&MessageRef::Event(event), &mut bytes) {
+        hasher.write(payload);
+    }
+    hasher.finish()
+}
 
 /// Hashes of the messages of one step.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -244,11 +244,11 @@ fn is_elsewhere(one: &WallState, other: &WallState) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::node::SeenWall;
+    use amiro_ipf::node::TrackedWall;
 
     /// A message with walls of so much evidence, one beside the other.
     fn message(index: u32, seen: &[(u16, u8)]) -> Walls {
-        let wall = |(id, evidence): &(u16, u8)| SeenWall {
+        let wall = |(id, evidence): &(u16, u8)| TrackedWall {
             id: *id,
             ends: [[0, 100 * *id as i16], [400, 100 * *id as i16]],
             along: [20, 255],

@@ -103,11 +103,11 @@ fn to_tenths_of_mm(metres: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::node::{SeenWall, Walls};
+    use amiro_ipf::node::{TrackedWall, Walls};
 
     #[test]
     fn a_table_has_all_walls_and_the_lines_those_that_stand() {
-        let wall = |id, evidence| SeenWall {
+        let wall = |id, evidence| TrackedWall {
             id,
             ends: [[0, 200], [401, 201]],
             along: [20, 255],

@@ -74,7 +74,7 @@ const ENUMS: [(&str, Option<&str>); 19] = [
 ];
 
 /// The same of structs and their fields.
-const STRUCTS: [(&str, Option<&str>); 24] = [
+const STRUCTS: [(&str, Option<&str>); 25] = [
     ("Boot", None),
     ("Config", None),
     ("DifferentialDrive", None),
@@ -88,6 +88,7 @@ const STRUCTS: [(&str, Option<&str>); 24] = [
     ("Ring", None),
     ("StepBegun", None),
     ("StepDone", None),
+    ("Walls", None),
     // Their fields are those below.
     ("Health", None),
     ("Status", None),

@@ -314,3 +314,30 @@ pub(super) fn outside([from, to]: &Wall, radius_m: f32) -> Option<Wall> {
         (leave < length_m).then(|| [at(leave), *to])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn end_deviations_are_those_along_and_across_the_segment() {
+        // A wall along y: across is x.
+        let ends = [Point::new(0.1, 0.0), Point::new(0.1, 0.3)];
+        let mut segment = WallSegment::new(1, ends);
+        let unknown = segment.end_sigmas().map(|end| (end.along_m, end.across_m));
+        assert_eq!(unknown, [(f32::INFINITY, f32::INFINITY); 2], "no fit yet");
+        let variances = [0.001, 0.02, 0.003, 0.04].map(|sigma: f32| sigma * sigma);
+        segment.covariance = Matrix4::from_diagonal(&Vector4::from(variances));
+        for (end, (along_m, across_m)) in segment
+            .end_sigmas()
+            .into_iter()
+            .zip([(0.02, 0.001), (0.04, 0.003)])
+        {
+            assert!((end.along_m - along_m).abs() < 1e-6, "{end:?}");
+            assert!((end.across_m - across_m).abs() < 1e-6, "{end:?}");
+        }
+        segment.covariance = Matrix4::from_element(f32::NAN);
+        let unknown = segment.end_sigmas().map(|end| (end.along_m, end.across_m));
+        assert_eq!(unknown, [(f32::INFINITY, f32::INFINITY); 2], "no number");
+    }
+}
