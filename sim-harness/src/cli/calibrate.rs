@@ -1,4 +1,5 @@
-//! `cargo ipf calibrate`: the laws of a sensor fitted to a table of measurements.
+//! `cargo ipf calibrate`: the laws of a sensor fitted to a table of measurements, or gains of
+//! sensors to recorded drives.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use sim_harness::calibration::{Fit, Fixed, LawComparison, LawKind, Parameter, Ta
 use sim_harness::report::fit_chart;
 use sim_harness::{console, output};
 
+use super::calibrate_drives::DriveCalibration;
 use super::{CommandResult, ExitStatus, arguments};
 
 /// Files that `--out` writes.
@@ -34,30 +36,40 @@ pub(super) struct Calibrate {
     /// angle_deg (or angle_rad), counts, and weight if wanted. Commas between the
     /// values, or semicolons: then the numbers may have decimal commas. Range and angle
     /// are those of the surface's nearest point.
-    table: PathBuf,
+    #[arg(required_unless_present = "from_drive")]
+    table: Option<PathBuf>,
     /// The law to fit.
     #[arg(long, value_enum, default_value = "both")]
     law: LawName,
     /// A parameter that is known already: alpha, beta, xi, delta or sigma.
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     fix: Vec<String>,
+    #[command(flatten)]
+    drives: DriveCalibration,
     /// Folder for `fit.png`, `fit.csv` and `photometry.json`: of the better law, of the
-    /// point law if the table does not decide.
-    #[arg(long, value_name = "DIR", value_parser = arguments::path())]
+    /// point law if the table does not decide. With --from-drive a TOML file for the gains.
+    #[arg(long, value_name = "DIR|FILE", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
 
 impl Calibrate {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
+        match &self.table {
+            Some(path) if !self.drives.is_asked_for() => self.run_table(path),
+            _ => self.drives.run(self.out.as_deref()),
+        }
+    }
+
+    fn run_table(&self, path: &Path) -> CommandResult {
         if let Some(folder) = &self.out {
             arguments::check_folder("--out", folder)?;
-            output::check(&FILES.map(|name| folder.join(name)), &[&self.table])?;
+            output::check(&FILES.map(|name| folder.join(name)), &[path])?;
         }
         let fixed = Fixed::parse(self.fix.iter().map(String::as_str))
             .map_err(|error| format!("--fix: {error}"))?;
-        let named = |error: &dyn Error| format!("{}: {error}", self.table.display());
-        let table = Table::load(&self.table).map_err(|error| named(&error))?;
+        let named = |error: &dyn Error| format!("{}: {error}", path.display());
+        let table = Table::load(path).map_err(|error| named(&error))?;
         let (fit, text) = self
             .fitted(&table, &fixed)
             .map_err(|error| named(&*error))?;

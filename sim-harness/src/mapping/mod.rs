@@ -22,7 +22,7 @@ pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use methods::{Method, Setup, UnknownMethod};
-pub use wall_map::{MappedWall, SensorGain, WallMapParameters, WallMapper};
+pub use wall_map::{MappedWall, RingGainFit, RingGains, SensorGain, WallMapParameters, WallMapper};
 
 use crate::drive::Record;
 

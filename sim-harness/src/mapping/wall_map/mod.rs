@@ -42,6 +42,7 @@ mod draw;
 mod parameters;
 mod readings;
 mod refine;
+mod ring_gains;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -59,6 +60,7 @@ use crate::rig::Rig;
 use crate::sensors::WallSegment;
 
 pub use parameters::WallMapParameters;
+pub use ring_gains::{RingGainFit, RingGains};
 
 /// A wall of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
