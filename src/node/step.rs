@@ -12,8 +12,7 @@ impl<const N: usize> Node<'_, N> {
     #[inline(never)]
     pub(super) fn step(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let index = self.status.steps;
-        let photometry = self.model.photometry();
-        let readings = step.samples.map(|sample| photometry.read(sample));
+        let readings = self.config.readings(&step.samples);
         emit(&Event::StepBegun(StepBegun {
             index,
             stamp_us: step.stamp_us,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use amiro_ipf::model::{SENSORS, SensorMask};
+use amiro_ipf::model::{Gain, SENSORS, SensorMask};
 use amiro_ipf::node::Config;
 
 use super::GainFile;
@@ -145,6 +145,8 @@ fn configured(
     settings: DriveGainSettings,
 ) -> Result<Config, DriveGainError> {
     let mut config = replayed_config(recorded.unwrap_or_default());
+    // Gains are relative to the law, whatever the recorded ones are.
+    config.gains = [Gain::ONE; SENSORS];
     config.sensors = SensorMask(config.sensors.0 & settings.masked.complement().0);
     if let Some(alpha) = settings.alpha_counts_m2 {
         config.photometry.alpha_counts_m2 = alpha;
@@ -234,9 +236,10 @@ impl fmt::Display for DriveGains {
             f,
             "Gains are relative to alpha. Standard deviations are those of the fit; errors of \
              the law,\nsuch as in the near field, are not in them. Determined: within {:.0} % \
-             for a gain; {:.0} % for alpha,\nwith a chi^2 per reading up to {:.0}.",
+             for a gain, {:.0} % for alpha;\nchi^2 per reading up to {:.0} and {:.0}.",
             100.0 * RingGains::LARGEST_SIGMA,
             100.0 * RingGains::LARGEST_COMMON_SIGMA,
+            RingGains::LARGEST_GAIN_CHI2,
             RingGains::LARGEST_CHI2,
         )
     }

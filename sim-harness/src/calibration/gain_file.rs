@@ -4,19 +4,17 @@ use std::fmt::Write;
 use std::io;
 use std::path::Path;
 
-use amiro_ipf::model::SENSORS;
+use amiro_ipf::model::{Gain, SENSORS};
 use serde::Deserialize;
 
 use crate::bounded::read_at_most;
+use crate::drive::RingCalibration;
 use crate::escape::{lines_escaped, whole_escaped};
 
 use super::Parameter;
 
 /// Longest file, bytes.
 const MAX_BYTES: u64 = 64 << 10;
-
-/// Least and largest gain of a sensor relative to alpha.
-const GAIN_RANGE: (f64, f64) = (0.25, 4.0);
 
 /// Gain and relative gains of the sensors of a ring.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -108,18 +106,31 @@ impl GainFile {
                 high,
             })
         };
+        let of_gain = (f64::from(Gain::LEAST), f64::from(Gain::LARGEST));
         let sigma = (0.0, f64::INFINITY);
         let alpha = Parameter::Alpha.range();
         within("alpha_counts_m2".to_owned(), gains.alpha_counts_m2, alpha)?;
         let key = "alpha_sigma_counts_m2".to_owned();
         within(key, gains.alpha_sigma_counts_m2, sigma)?;
         for (sensor, gain) in gains.gains.iter().enumerate() {
-            within(format!("gains[{sensor}]"), *gain, GAIN_RANGE)?;
+            within(format!("gains[{sensor}]"), *gain, of_gain)?;
         }
         for (sensor, deviation) in gains.gain_sigmas.iter().enumerate() {
             within(format!("gain_sigmas[{sensor}]"), *deviation, sigma)?;
         }
         Ok(gains)
+    }
+
+    /// Alpha and gains for a configuration.
+    #[must_use]
+    pub fn calibration(&self) -> RingCalibration {
+        RingCalibration {
+            alpha_counts_m2: self.alpha_counts_m2 as f32,
+            // A gain that was read is in its range.
+            gains: self
+                .gains
+                .map(|gain| Gain::of(gain as f32).unwrap_or(Gain::ONE)),
+        }
     }
 
     /// The text of a file.

@@ -5,6 +5,7 @@ mod keyframes;
 mod no_steps;
 mod record;
 mod replayed_config;
+mod ring_calibration;
 mod step_records;
 
 pub use filter_records::FilterRecords;
@@ -13,4 +14,5 @@ pub use keyframes::Keyframes;
 pub use no_steps::{InputCheck, NoSteps};
 pub use record::{PointOutcome, RangeScan, Record, Return};
 pub use replayed_config::replayed_config;
+pub use ring_calibration::RingCalibration;
 pub use step_records::StepRecords;

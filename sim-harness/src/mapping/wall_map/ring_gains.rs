@@ -20,6 +20,7 @@
 //! large error of the law, so that unequal gains make no walls of their own, then with
 //! that of the parameters.
 
+use amiro_ipf::model::Gain;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -77,7 +78,9 @@ pub struct RingGains {
     /// ratio's logarithm; infinite for a mount that is no infrared sensor.
     pub mounts: Vec<SensorGain>,
     /// Whether the drives determine each: its standard deviation is at most
-    /// [`LARGEST_SIGMA`](Self::LARGEST_SIGMA).
+    /// [`LARGEST_SIGMA`](Self::LARGEST_SIGMA), and the gain one that a configuration takes.
+    /// None is where chi^2 per reading is above
+    /// [`LARGEST_GAIN_CHI2`](Self::LARGEST_GAIN_CHI2).
     pub is_determined: Vec<bool>,
     /// Number of readings of each mount that stand out of the noise.
     pub lit: Vec<usize>,
@@ -113,6 +116,10 @@ impl RingGains {
     /// Largest standard deviation of the logarithm of the common gain that counts as
     /// determined.
     pub const LARGEST_COMMON_SIGMA: f64 = 0.1;
+
+    /// Largest chi^2 per reading with which any gain counts as determined: above it
+    /// something is in view that is no standing wall, such as another robot.
+    pub const LARGEST_GAIN_CHI2: f64 = 4.0;
 
     /// Largest chi^2 per reading with which the common gain counts as determined.
     pub const LARGEST_CHI2: f64 = 1.0;
@@ -365,9 +372,14 @@ impl<'r> MappedDrives<'r> {
         let information = self.marginal().0 / chi2_per_reading.max(1.0) + &self.prior;
         let unknown = DMatrix::from_diagonal_element(mounts, mounts, f64::INFINITY);
         let covariance = information.cholesky().map_or(unknown, |it| it.inverse());
-        let determined = determined(&covariance, &lit);
+        let mut determined = determined(&covariance, &lit);
         let weights = mean_weights(&determined);
         let mean = weights.dot(&self.gains);
+        let is_explained = chi2_per_reading <= RingGains::LARGEST_GAIN_CHI2;
+        for (is_determined, gain) in determined.iter_mut().zip(&self.gains) {
+            let is_legal = Gain::of(libm::exp(gain - mean) as f32).is_some();
+            *is_determined &= is_explained && is_legal;
+        }
         RingGains {
             common: SensorGain {
                 ratio: libm::exp(mean),
