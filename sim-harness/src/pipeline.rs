@@ -75,7 +75,7 @@ pub fn filter_records(
     inputs: &[Input],
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(config);
     crate::run(config, inputs, |event| records.translate(event, take))
 }
 

@@ -71,7 +71,7 @@ impl RunRecord {
     pub fn new(config: &Config, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
         let mapper = CountingMapper::new(cell_m);
         Self {
-            records: FilterRecords::new(config.photometry),
+            records: FilterRecords::new(config),
             mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
             walls: KnownWalls::new(KEPT_EVIDENCE),
             begun: None,

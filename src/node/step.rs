@@ -15,8 +15,7 @@ impl<const N: usize> Node<'_, N> {
             return self.step_on_walls(step, emit);
         }
         let index = self.status.steps;
-        let photometry = self.model.photometry();
-        let readings = step.samples.map(|sample| photometry.read(sample));
+        let readings = self.config.readings(&step.samples);
         emit(&step_begun(index, step));
         let mut batch = Batch::new(index, emit);
         let report = |position, outcome| batch.push(position, outcome);
@@ -33,8 +32,7 @@ impl<const N: usize> Node<'_, N> {
     #[inline(never)]
     fn step_on_walls(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let index = self.status.steps;
-        let photometry = self.model.photometry();
-        let readings = step.samples.map(|sample| photometry.read(sample));
+        let readings = self.config.readings(&step.samples);
         emit(&step_begun(index, step));
         self.track_walls(index, step, emit);
         let mut batch = Batch::new(index, emit);
@@ -53,9 +51,10 @@ impl<const N: usize> Node<'_, N> {
     #[inline(never)]
     fn track_walls(&mut self, index: u32, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let mut walls = Walls::new(index);
+        let samples = self.config.samples_at_gain_one(&step.samples);
         let mut left = |segment: &WallSegment| walls.leave(segment);
         self.filter
-            .track(&self.model, &step.motion, &step.samples, &mut left);
+            .track(&self.model, &step.motion, &samples, &mut left);
         walls.track(self.filter.tracker(), &step.pose);
         emit(&Event::Walls(walls));
     }

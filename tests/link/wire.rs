@@ -25,7 +25,9 @@ use amiro_ipf::link::{
     BoardStatus, Boot, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message,
     Received, SCENARIO_CHUNK, Status, TruthMessage, WINDOW, WIRE_VERSION,
 };
-use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
+use amiro_ipf::model::{
+    DifferentialDrive, Gain, Photometry, Ring, Sample, SensorMask, WheelSpeeds,
+};
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use amiro_ipf::node::{
     BATCH, Config, Event, Input, InputError, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
@@ -482,9 +484,15 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         input: 0x9c41,
         refused: None,
     };
+    let ratios = [1.08, 0.92, 1.0, 1.1, 0.95, 0.25, 4.0, 0.88];
+    let gains = Message::Input(Input::Configure(Config {
+        gains: ratios.map(|ratio| Gain::of(ratio).unwrap()),
+        ..Config::amiro(Profile::Plus)
+    }));
     let session = [
         ("hello-session", 0xa5, 0x9c41, hello),
         ("answer-session", 3, 300, answer),
+        ("configure-gains", 0xa5, 0x9c42, gains),
     ];
     from_host.chain(from_board).chain(session).collect()
 }
@@ -542,7 +550,17 @@ fn f69_frames_of_older_versions_that_changed_are_refused_and_their_boot_can_be_r
             &["configure-paper", "configure-plus", "boot", "configured"],
         ),
         (2, "golden-2", &["boot", "status", "status-first"]),
-        (3, "golden-3", &["boot"]),
+        (
+            3,
+            "golden-3",
+            &[
+                "configure-paper",
+                "configure-plus",
+                "boot",
+                "configured",
+                "configured-board",
+            ],
+        ),
     ];
     for (version, block, names) in changed {
         let old = golden_bytes(block);
@@ -763,6 +781,7 @@ fn every_range_of_the_document_is_the_one_that_is_checked() {
         with(|c| c.ring.radius_m = -1.0),
         with(|c| c.ring.axis_rad[7] = 8.0),
         with(|c| c.drive.track_m = 0.0),
+        with(|c| c.gains[7] = Gain::from_code(4095)),
     ];
     for config in illegal {
         let error = config.validate().unwrap_err();
@@ -816,6 +835,10 @@ fn every_default_of_the_document_is_the_profiles() {
         row("track_m", |c| c.drive.track_m.to_string()),
         row("choice", |c| format!("{:?}", c.choice)),
         row("source", |c| format!("{:?}", c.source)),
+        row("gains", |c| {
+            let all_one = c.gains == [Gain::ONE; 8];
+            if all_one { "1 each" } else { "others" }.to_owned()
+        }),
     ]);
 }
 
@@ -1022,6 +1045,7 @@ fn longest_messages() -> Vec<Message> {
         particles_per_sensor: u16::MAX,
         choice: SampleSelection::Median,
         source: Source::Board,
+        gains: [Gain::from_code(u16::MAX); 8],
         ..Config::amiro(Profile::Plus)
     };
     let node = NodeStatus {
@@ -1230,12 +1254,13 @@ fn any_config() -> impl Strategy<Value = Config> {
     let source = prop::sample::select(&[Source::Link, Source::Board][..]);
     let floats = prop::collection::vec(any_float(), 22);
     let numbers = any::<(u64, u16, u8)>();
-    (numbers, step_rule, choices, (choice, source), floats).prop_map(
+    let codes = any::<[u16; 8]>();
+    (numbers, step_rule, choices, (choice, source, codes), floats).prop_map(
         |(
             (seed, particles_per_sensor, mask),
             step_rule,
             (survival, draw, side_test, gate),
-            (choice, source),
+            (choice, source, codes),
             f,
         )| {
             let parameters = FilterParameters {
@@ -1281,6 +1306,7 @@ fn any_config() -> impl Strategy<Value = Config> {
                 drive: DifferentialDrive { track_m: f[21] },
                 choice,
                 source,
+                gains: std::array::from_fn(|sensor| Gain::from_code(codes[sensor])),
             }
         },
     )

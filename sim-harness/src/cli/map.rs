@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
+use sim_harness::calibration::GainFile;
 use sim_harness::datasets::{DriveFile, PoseSource, recognise};
+use sim_harness::drive::RingCalibration;
 use sim_harness::mapping::{FinishProgress, Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
@@ -31,6 +33,10 @@ pub(super) struct MapCommand {
     /// Only sensors whose names begin so, as in `sonar`; all of the rig if not given.
     #[arg(long, value_delimiter = ',', value_name = "NAME,...")]
     sensors: Vec<String>,
+    /// Alpha and gains of the sensors of an AMiRo, as `calibrate --from-drive` writes them;
+    /// alpha is that of the rig's infrared sensors too.
+    #[arg(long, value_name = "FILE")]
+    gains: Option<PathBuf>,
     /// Use the poses that were matched to the recording, not those of the odometry.
     #[arg(long)]
     matched: bool,
@@ -54,7 +60,11 @@ impl MapCommand {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
         arguments::check_folder("--out", &self.out)?;
-        let rig = Rig::load(&self.rig)?;
+        let mut rig = Rig::load(&self.rig)?;
+        let calibration = self.calibration()?;
+        if let Some(calibration) = &calibration {
+            rig.set_alpha(calibration.alpha_counts_m2);
+        }
         let method = self.method()?;
         for name in &self.sensors {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
@@ -88,6 +98,7 @@ impl MapCommand {
             path: &self.drive,
             rig: &rig,
             poses,
+            calibration,
         };
         let options = DriveOptions {
             keyframes: self.keyframes.keyframes(usual.keyframes),
@@ -119,6 +130,13 @@ impl MapCommand {
         } else {
             ExitStatus::Good
         })
+    }
+
+    /// Alpha and gains of --gains.
+    fn calibration(&self) -> Result<Option<RingCalibration>, String> {
+        let file = self.gains.as_deref().map(GainFile::load).transpose();
+        let file = file.map_err(|error| format!("--gains: {error}"))?;
+        Ok(file.map(|file| file.calibration()))
     }
 
     /// The method of this name, if records of ranges are enough for it.

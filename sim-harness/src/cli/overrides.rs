@@ -1,9 +1,12 @@
 //! The settings of a run that the command line may override.
 
+use std::path::PathBuf;
+
 use amiro_ipf::filter::{ParameterError, Profile};
 use amiro_ipf::model::{SENSORS, SensorMask};
 use amiro_ipf::node::{Config, StepRule};
 use clap::{Args, ValueEnum};
+use sim_harness::calibration::GainFile;
 
 use super::arguments;
 
@@ -46,6 +49,9 @@ pub(super) struct Overrides {
     /// Gain of sensor and surface (alpha), counts m^2.
     #[arg(long, value_name = "A")]
     alpha: Option<f32>,
+    /// Alpha and gains of the sensors, as `calibrate --from-drive` writes them; --alpha wins.
+    #[arg(long, value_name = "FILE")]
+    gains: Option<PathBuf>,
     /// Sensors to leave out, by index: those that see something else, such as a guide robot.
     #[arg(long, value_name = "I,J", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..SENSORS as i64))]
     mask: Vec<u8>,
@@ -62,6 +68,7 @@ impl Overrides {
             && self.particles.is_none()
             && self.x_max.is_none()
             && self.alpha.is_none()
+            && self.gains.is_none()
             && self.mask.is_empty()
             && !self.fixed
     }
@@ -90,6 +97,10 @@ impl Overrides {
         config.seed = self.seed.unwrap_or(config.seed);
         config.particles_per_sensor = self.particles.unwrap_or(config.particles_per_sensor);
         config.photometry.x_max_m = self.x_max.unwrap_or(config.photometry.x_max_m);
+        if let Some(path) = &self.gains {
+            let file = GainFile::load(path).map_err(|error| format!("--gains: {error}"))?;
+            file.calibration().apply(&mut config);
+        }
         config.photometry.alpha_counts_m2 = self.alpha.unwrap_or(config.photometry.alpha_counts_m2);
         let masked = self.mask.iter().fold(SensorMask::NONE, |mask, &sensor| {
             mask.with(usize::from(sensor))

@@ -9,7 +9,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use super::{DriveJudge, DriveScores, Truth};
-use crate::drive::Record;
+use crate::drive::{Record, RingCalibration};
 use crate::mapping::{Method, Setup};
 use crate::rig::Rig;
 use crate::world::{Options, Scenario, simulate_with};
@@ -30,6 +30,9 @@ pub struct MethodComparison {
     pub options: Options,
     /// Gain of the filters' and the ISM's model, counts m^2; `None` is the sensor's own.
     pub alpha_counts_m2: Option<f32>,
+    /// Alpha and gains of the sensors in the model of filters and methods; `None` is the
+    /// sensor's own alpha and equal gains. `alpha_counts_m2` wins.
+    pub calibration: Option<RingCalibration>,
     /// Whether the robot's footprint is free in every method's map; not so in the paper.
     pub footprint: bool,
     /// Threads; 0 for one a processor. The results do not depend on it.
@@ -187,6 +190,9 @@ impl MethodComparison {
             particles_per_sensor: self.particles_per_sensor,
             ..scenario.config(profile)
         };
+        if let Some(calibration) = &self.calibration {
+            calibration.apply(&mut config);
+        }
         if let Some(alpha) = self.alpha_counts_m2 {
             config.photometry.alpha_counts_m2 = alpha;
         }

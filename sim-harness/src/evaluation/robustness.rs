@@ -144,6 +144,7 @@ impl RobustnessTrials {
                 options: mismatch.options,
                 alpha_counts_m2: None,
                 footprint: false,
+                calibration: None,
                 threads: 0,
             };
             let trials = comparison.run()?;

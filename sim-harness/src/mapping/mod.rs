@@ -26,7 +26,9 @@ pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, Setup, UnknownMethod};
-pub use wall_map::{KEPT_EVIDENCE, SegmentMapper, SensorGain, WallMapParameters, WallMapper};
+pub use wall_map::{
+    KEPT_EVIDENCE, RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
+};
 
 use crate::drive::Record;
 

@@ -315,7 +315,7 @@ impl<'a> Watched<'a> {
         Self {
             robot,
             node,
-            records: FilterRecords::new(config.photometry),
+            records: FilterRecords::new(config),
             mapper: CountingMapper::new(scenario.cell_m),
             steps: Vec::new(),
             was_reset: Vec::new(),

@@ -42,6 +42,7 @@ mod draw;
 mod parameters;
 mod readings;
 mod refine;
+mod ring_gains;
 mod scene;
 mod segments;
 #[cfg(test)]
@@ -59,6 +60,7 @@ use crate::drive::Record;
 use crate::rig::Rig;
 
 pub use parameters::WallMapParameters;
+pub use ring_gains::{RingGainFit, RingGains};
 pub use segments::{KEPT_EVIDENCE, SegmentMapper};
 
 /// The gain of a sensor that was fitted with the walls.

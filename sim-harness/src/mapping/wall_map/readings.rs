@@ -146,6 +146,20 @@ impl Readings {
         }
     }
 
+    /// The same readings with the weights of other parameters.
+    pub(super) fn reweighted(&self, parameters: &WallMapParameters) -> Self {
+        let row = |row: &SignalRow| SignalRow {
+            world_from_sensor: row.world_from_sensor,
+            is_bound: row.is_bound,
+            ..SignalRow::new(parameters, row.mount, row.sigma_counts, row.signal)
+        };
+        Self {
+            parameters: *parameters,
+            rows: self.rows.iter().map(row).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Marks the readings that a recorder has clipped: those of the lowest signal, if they
     /// are many. They are then upper bounds.
     pub(super) fn mark_clipped(&mut self) {

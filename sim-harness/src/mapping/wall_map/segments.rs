@@ -221,7 +221,7 @@ mod tests {
                     law.signal(&[seen]) + law.beta_counts(),
                 ))
             });
-            for record in crate::drive::scan_records(&config.photometry, 0, pose, &samples) {
+            for record in crate::drive::scan_records(config, 0, pose, &samples) {
                 mapper.take(&record);
             }
         }
