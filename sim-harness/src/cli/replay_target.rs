@@ -87,7 +87,7 @@ impl ReplayTarget {
         drop(progress);
         replay_report::refused_inputs(&run.outcome);
         if self.count_instructions {
-            replay_report::longest_step(&run);
+            replay_report::steps(&run);
         }
         console::print_text(board.tally());
         Ok(run)
