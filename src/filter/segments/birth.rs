@@ -38,6 +38,9 @@ const LEAST_COSINE: f32 = 0.2;
 /// at which it ends.
 const DISTANCE_STEPS: usize = 4;
 const DISTANCE_ERROR: f32 = 0.02;
+/// Share of the gain that a candidate must make alone; the other segments add little by
+/// giving way to it.
+const LEAST_SHARE: f32 = 0.3;
 /// Iterations of the joint fit with the new segment.
 const JOINT_ITERATIONS: u8 = 6;
 
@@ -71,6 +74,11 @@ impl Birth {
     /// Whether a birth runs.
     pub(super) fn is_running(&self) -> bool {
         self.stage != Stage::Rank
+    }
+
+    /// Whether the next part is the joint fit.
+    pub(super) fn is_joining(&self) -> bool {
+        self.stage == Stage::Join
     }
 
     /// Moves the places.
@@ -139,8 +147,15 @@ impl<'f> SegmentFit<'f> {
                         best = Some((change, new.ends));
                     }
                 }
-                birth.candidates = best.into_iter().map(|(_, wall)| wall).collect();
-                birth.stage = Stage::Join;
+                let least = -LEAST_SHARE * self.model.parameters.birth_gain;
+                birth.candidates.clear();
+                birth.stage = Stage::Rank;
+                if let Some((change, wall)) = best
+                    && change < least
+                {
+                    let _ = birth.candidates.push(wall);
+                    birth.stage = Stage::Join;
+                }
                 None
             }
             Stage::Join => {

@@ -51,14 +51,22 @@ impl System {
     #[inline(never)]
     pub(super) fn add(&mut self, slopes: &[Slope], residual: f32, weight: f32) {
         for (index, slope) in slopes.iter().enumerate() {
+            let weighted = slope.values.map(|value| weight * value);
             let rows = self.h.iter_mut().zip(&mut self.b).skip(slope.first);
-            for (own, (row, b)) in slope.values.iter().zip(rows) {
-                *b -= weight * own * residual;
+            for (own, (row, b)) in weighted.iter().zip(rows) {
+                *b -= own * residual;
                 for other in slopes.iter().skip(index) {
-                    let entries = row.iter_mut().skip(other.first);
-                    for (entry, value) in entries.zip(&other.values) {
-                        *entry += weight * own * value;
-                    }
+                    let Some([e0, e1, e2, e3]) = row
+                        .get_mut(other.first..)
+                        .and_then(|row| row.first_chunk_mut())
+                    else {
+                        continue;
+                    };
+                    let [v0, v1, v2, v3] = other.values;
+                    *e0 += own * v0;
+                    *e1 += own * v1;
+                    *e2 += own * v2;
+                    *e3 += own * v3;
                 }
             }
         }
