@@ -70,7 +70,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
     #[must_use]
     pub fn digest(&self) -> u32 {
         let particles = self.particles.digest(self.active);
-        if self.particles.tracker.segments().is_empty() {
+        if self.particles.tracker.is_idle() {
             return particles;
         }
         let mut digest = Digest::default();

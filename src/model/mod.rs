@@ -22,4 +22,6 @@ pub use inverse_kinematics::{
 pub use photometry::{Photometry, RangeEstimate};
 pub use reading::{Reading, Sample};
 pub use ring::{Mount, Ring, SENSORS, SensorMask};
+#[cfg(test)]
+pub(crate) use wall_law::evaluations;
 pub use wall_law::{MAX_WALLS, Wall, WallLaw, WallReturn};

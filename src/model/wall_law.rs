@@ -35,7 +35,9 @@
 
 mod sight;
 
-use self::sight::{BEHIND, Interval, LEAST_DISTANCE_M, NARROW, Sight, inverse_range};
+use self::sight::{
+    BEHIND, Interval, Intervals, LEAST_DISTANCE_M, NARROW, Sight, Sights, inverse_range, split,
+};
 use super::Photometry;
 use crate::geometry::Point;
 use crate::math;
@@ -57,6 +59,7 @@ pub struct WallLaw {
     table: [[f32; 4]; PIECES + 1],
     pieces_per_tangent: f32,
     half_tangent_max: f32,
+    tangent_max: f32,
     alpha_counts_m2: f32,
     beta_counts: f32,
 }
@@ -104,6 +107,7 @@ impl WallLaw {
             table,
             pieces_per_tangent: 1.0 / spacing,
             half_tangent_max,
+            tangent_max: sine_max / cosine_max.max(1e-6),
             alpha_counts_m2: photometry.alpha_counts_m2,
             beta_counts: photometry.beta_counts,
         }
@@ -124,7 +128,15 @@ impl WallLaw {
     #[must_use]
     #[inline(never)]
     pub fn signal(&self, walls: &[Wall]) -> f32 {
-        let (sights, intervals) = self.view(walls);
+        #[cfg(test)]
+        evaluations::count(walls.len());
+        let mut sights = Sights::new();
+        self.see_all(walls, &mut sights);
+        if let [sight] = sights.as_slice() {
+            return self.interval_signal(sight, &Interval::whole(sight));
+        }
+        let mut intervals = Intervals::new();
+        split(&sights, &mut intervals);
         intervals.iter().fold(0.0, |sum, interval| {
             sum + sights
                 .get(interval.sight)
@@ -139,11 +151,20 @@ impl WallLaw {
     #[must_use]
     #[inline(never)]
     pub fn signal_and_gradient(&self, walls: &[Wall]) -> WallReturn {
+        #[cfg(test)]
+        evaluations::count(walls.len());
         let mut result = WallReturn {
             signal: 0.0,
             gradient: [[Point::default(); 2]; MAX_WALLS],
         };
-        let (sights, intervals) = self.view(walls);
+        let mut sights = Sights::new();
+        self.see_all(walls, &mut sights);
+        let mut intervals = Intervals::new();
+        if let [sight] = sights.as_slice() {
+            let _ = intervals.push(Interval::whole(sight));
+        } else {
+            split(&sights, &mut intervals);
+        }
         for (index, interval) in intervals.iter().enumerate() {
             let Some(sight) = sights.get(interval.sight) else {
                 continue;
@@ -373,6 +394,25 @@ fn dot(a: Point, b: Point) -> f32 {
 #[inline]
 fn scaled(a: Point, factor: f32) -> Point {
     Point::new(a.x * factor, a.y * factor)
+}
+
+/// Counts evaluations of the law, for tests of what a step costs.
+#[cfg(test)]
+pub(crate) mod evaluations {
+    use core::cell::Cell;
+
+    std::thread_local! {
+        static WALLS: Cell<usize> = const { Cell::new(0) };
+    }
+
+    pub(super) fn count(walls: usize) {
+        WALLS.set(WALLS.get() + walls);
+    }
+
+    /// Walls of all evaluations in this thread since the last call.
+    pub(crate) fn take() -> usize {
+        WALLS.replace(0)
+    }
 }
 
 #[cfg(test)]

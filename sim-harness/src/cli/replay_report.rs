@@ -51,12 +51,21 @@ pub(super) fn refused_inputs(outcome: &RunOutcome) {
     }
 }
 
-/// Prints the longest step of an emulator that counts instructions.
-pub(super) fn longest_step(run: &Replayed) {
-    let instructions = f64::from(run.slowest_step_cycles) * NANOSECONDS_PER_CYCLE / 1e6;
+/// Prints the longest and the mean step of an emulator that counts instructions.
+pub(super) fn steps(run: &Replayed) {
+    let cycles = &run.step_cycles;
+    let millions = |cycles: f64| cycles * NANOSECONDS_PER_CYCLE / 1e6;
     console::print(format_args!(
-        "longest step: {instructions:.2} million instructions (emulated)"
+        "longest step: {:.2} million instructions (emulated)",
+        millions(f64::from(cycles.longest))
     ));
+    if let Some(mean) = cycles.mean() {
+        console::print(format_args!(
+            "mean step: {:.2} million instructions (emulated), over the {} steps with a status",
+            millions(mean),
+            cycles.counted
+        ));
+    }
 }
 
 /// Prints what was found.

@@ -1,9 +1,25 @@
 //! New segments where a sensor has more signal than the segments explain.
+//!
+//! A place is sought for the sensor with the most unexplained signal. A birth takes three
+//! steps, which bounds what each of them costs; the candidates move with the segments in
+//! between, and are part of the state.
+//!
+//! 1. **Rank.** Each of 84 candidates (normal, bearing, length) is put at the distance at
+//!    which it returns the missing signal. What it would save at the readings of the
+//!    window is computed without occlusion.
+//! 2. **Fit.** The best three are fitted alone, the other segments held, with occlusion.
+//! 3. **Join.** The best of these is fitted together with the others. It stays if that
+//!    saves more than `birth_gain`; the frozen segment with the least evidence makes room
+//!    if there is none.
 
-use super::fit::{SegmentFit, WallSegments, seen};
+use heapless::Vec;
+
+use super::fit::{SegmentFit, WallSegments, seen, slope};
+use super::linear::{COORDINATES, Slope, System};
 use super::segment::{WallSegment, distance_m};
-use super::window::{Placed, huber};
+use super::window::{LogReading, Placed, huber};
 use super::{MAX_SEGMENTS, MAX_WINDOW};
+use crate::checksum::Digest;
 use crate::geometry::Point;
 use crate::math;
 use crate::model::{SENSORS, Wall};
@@ -18,56 +34,159 @@ const LENGTHS_M: [f32; 3] = [0.04, 0.10, 0.22];
 const FINALISTS: usize = 3;
 /// Least cosine between a candidate's normal and the ray to its middle.
 const LEAST_COSINE: f32 = 0.2;
-/// Steps of the search for a candidate's distance.
+/// Steps of the search for a candidate's distance, and the relative error of the signal
+/// at which it ends.
 const DISTANCE_STEPS: usize = 4;
+const DISTANCE_ERROR: f32 = 0.02;
+/// Share of the gain that a candidate must make alone; the other segments add little by
+/// giving way to it.
+const LEAST_SHARE: f32 = 0.3;
+/// Iterations of the joint fit with the new segment.
+const JOINT_ITERATIONS: u8 = 6;
 
-/// Signals of the segments at the readings of the window, in their order.
-type Signals = [f32; MAX_WINDOW * SENSORS];
+/// A birth over several steps.
+#[derive(Clone, Debug)]
+pub(super) struct Birth {
+    stage: Stage,
+    /// Places, in the coordinates of the segments.
+    candidates: Vec<Wall, FINALISTS, u8>,
+    next_id: u16,
+}
 
-impl SegmentFit<'_> {
-    /// Tries to explain the sensor with the most unexplained signal by a new segment;
-    /// whether one was added.
+/// What is to be done in the next step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Rank,
+    Fit,
+    Join,
+}
+
+impl Birth {
+    /// No birth runs.
+    pub(super) const fn none() -> Self {
+        Self {
+            stage: Stage::Rank,
+            candidates: Vec::new(),
+            next_id: 0,
+        }
+    }
+
+    /// Whether a birth runs.
+    pub(super) fn is_running(&self) -> bool {
+        self.stage != Stage::Rank
+    }
+
+    /// Whether the next part is the joint fit.
+    pub(super) fn is_joining(&self) -> bool {
+        self.stage == Stage::Join
+    }
+
+    /// Moves the places.
+    pub(super) fn translate(&mut self, by: Point) {
+        for end in self.candidates.as_flattened_mut() {
+            *end = *end + by;
+        }
+    }
+
+    /// Ends a birth without a segment.
+    fn abandon(&mut self) {
+        self.stage = Stage::Rank;
+        self.candidates.clear();
+    }
+
+    /// Adds what runs to a digest.
+    pub(super) fn update(&self, digest: &mut Digest) {
+        digest.update(self.stage as u32);
+        for end in self.candidates.as_flattened() {
+            digest.update(end.x.to_bits());
+            digest.update(end.y.to_bits());
+        }
+    }
+}
+
+/// A reading of the window with what the segments return there.
+struct Explained<'f> {
+    placed: Placed,
+    measured: &'f LogReading,
+    signal: f32,
+    cost: f32,
+}
+
+type Readings<'f> = Vec<Explained<'f>, { MAX_WINDOW * SENSORS }>;
+type Finalists = [Option<(f32, Wall)>; FINALISTS];
+
+impl<'f> SegmentFit<'f> {
+    /// Does the next part of a birth; the segment that made room for a new one, if there
+    /// is a new one and it needed room.
     #[inline(never)]
-    pub(super) fn give_birth(&self, segments: &mut WallSegments, id: u16) -> bool {
-        let Some((placed, missing)) = self.unexplained(segments) else {
-            return false;
-        };
-        let signals = self.signals(segments);
-        let mut finalists: [Option<(f32, Wall)>; FINALISTS] = [None; FINALISTS];
-        for normal in NORMALS_DEG {
-            for bearing in BEARINGS_DEG {
-                for length_m in LENGTHS_M {
-                    let candidate = BirthPlace {
-                        normal_rad: normal.to_radians(),
-                        bearing_rad: bearing.to_radians(),
-                        length_m,
-                    };
-                    let wall = self.placed_candidate(&candidate, &placed, missing);
-                    if let Some(wall) = wall {
-                        insert(&mut finalists, self.cost_with(&signals, &wall), wall);
+    pub(super) fn advance_birth(
+        &self,
+        birth: &mut Birth,
+        segments: &mut WallSegments,
+        system: &mut System,
+    ) -> Option<WallSegment> {
+        match birth.stage {
+            Stage::Rank if has_room(segments) => {
+                if let Some((placed, missing)) = self.unexplained(segments) {
+                    let readings = self.explained(segments);
+                    let ranked = self.rank(&readings, &placed, missing);
+                    birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
+                    birth.stage = Stage::Fit;
+                }
+                None
+            }
+            Stage::Rank => None,
+            Stage::Fit => {
+                let readings = self.explained(segments);
+                let mut best: Option<(f32, Wall)> = None;
+                for wall in &birth.candidates {
+                    let mut new = [WallSegment::new(birth.next_id, *wall)];
+                    let change = self.fit_alone(&readings, segments, &mut new, system);
+                    if best.is_none_or(|(least, _)| change < least) {
+                        let [new] = new;
+                        best = Some((change, new.ends));
                     }
                 }
+                let least = -LEAST_SHARE * self.model.parameters.birth_gain;
+                birth.candidates.clear();
+                birth.stage = Stage::Rank;
+                if let Some((change, wall)) = best
+                    && change < least
+                {
+                    let _ = birth.candidates.push(wall);
+                    birth.stage = Stage::Join;
+                }
+                None
+            }
+            Stage::Join => {
+                let evicted = birth
+                    .candidates
+                    .first()
+                    .and_then(|wall| self.join(birth.next_id, wall, segments, system));
+                birth.abandon();
+                let evicted = evicted?;
+                birth.next_id = birth.next_id.wrapping_add(1);
+                evicted
             }
         }
-        let before = self.cost(segments);
-        let mut best: Option<(f32, WallSegments)> = None;
-        for (_, wall) in finalists.into_iter().flatten() {
-            let mut with = segments.clone();
-            if with.push(WallSegment::new(id, wall)).is_err() {
-                return false;
-            }
-            let cost = self.refine(&mut with, self.model.parameters.birth_iterations);
-            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, with));
-            }
+    }
+
+    /// The readings of the window with what the segments return there.
+    #[inline(never)]
+    fn explained(&self, segments: &[WallSegment]) -> Readings<'f> {
+        let parameters = &self.model.parameters;
+        let mut readings = Vec::new();
+        for (placed, measured) in self.readings() {
+            let signal = self.model.law.signal(&seen(&placed, segments, None));
+            let residual = measured.residual(signal, parameters);
+            let _ = readings.push(Explained {
+                placed,
+                measured,
+                signal,
+                cost: huber(residual, parameters.huber).0,
+            });
         }
-        match best {
-            Some((cost, with)) if before - cost > self.model.parameters.birth_gain => {
-                *segments = with;
-                true
-            }
-            _ => false,
-        }
+        readings
     }
 
     /// The sensor with the most unexplained chi^2 over the last steps, where it is now,
@@ -104,24 +223,41 @@ impl SegmentFit<'_> {
         most.map(|(_, placed, missing)| (placed, missing))
     }
 
+    /// The best candidates.
     #[inline(never)]
-    fn signals(&self, segments: &[WallSegment]) -> Signals {
-        let mut signals = [0.0; MAX_WINDOW * SENSORS];
-        for (held, (placed, _)) in signals.iter_mut().zip(self.readings()) {
-            *held = self.model.law.signal(&seen(&placed, segments, None));
+    fn rank(&self, readings: &Readings<'_>, placed: &Placed, missing: f32) -> Finalists {
+        let mut finalists = [None; FINALISTS];
+        for normal in NORMALS_DEG {
+            let normal = math::sin_cos(normal.to_radians());
+            for bearing in BEARINGS_DEG {
+                let bearing = math::sin_cos(bearing.to_radians());
+                for length_m in LENGTHS_M {
+                    let wall = BirthPlace::of(normal, bearing, length_m)
+                        .and_then(|place| self.placed_candidate(&place, placed, missing));
+                    if let Some(wall) = wall {
+                        insert(&mut finalists, self.change_by(readings, &wall), wall);
+                    }
+                }
+            }
         }
-        signals
+        finalists
     }
 
-    /// Cost of the readings with a wall more, which hides nothing and is not hidden.
+    /// Change of the cost by a wall more, which hides nothing and is not hidden.
     #[inline(never)]
-    fn cost_with(&self, signals: &Signals, wall: &Wall) -> f32 {
+    fn change_by(&self, readings: &Readings<'_>, wall: &Wall) -> f32 {
         let parameters = &self.model.parameters;
-        let readings = self.readings().zip(signals);
-        readings.fold(0.0, |sum, ((placed, measured), signal)| {
-            let signal = signal + self.model.law.signal(&[placed.see(wall)]);
-            sum + huber(measured.residual(signal, parameters), parameters.huber).0
-        })
+        let law = &self.model.law;
+        let mut change = 0.0;
+        for reading in readings {
+            let seen = reading.placed.see(wall);
+            if law.may_see(&seen) {
+                let signal = reading.signal + law.signal(&[seen]);
+                let residual = reading.measured.residual(signal, parameters);
+                change += huber(residual, parameters.huber).0 - reading.cost;
+            }
+        }
+        change
     }
 
     /// A candidate at the distance at which it returns the missing signal; `None` if that
@@ -137,41 +273,124 @@ impl SegmentFit<'_> {
         let parameters = &self.model.parameters;
         let mut distance = law.endless_distance_m(missing + law.beta_counts(), 0.0)?;
         for _ in 0..DISTANCE_STEPS {
-            let signal = law.signal(&[candidate.wall(distance)?]);
-            distance *= math::sqrt(signal / missing).clamp(0.5, 1.5);
+            let ratio = law.signal(&[candidate.wall(distance)]) / missing;
+            distance *= math::sqrt(ratio).clamp(0.5, 1.5);
+            if (ratio - 1.0).abs() < DISTANCE_ERROR {
+                break;
+            }
         }
-        let ends = candidate.wall(distance)?;
+        let ends = candidate.wall(distance);
         let wall = ends.map(|end| placed.position + end.rotated(placed.axis));
-        let is_clear = self.rows.iter().all(|row| {
-            let off = wall.map(|end| end - row.position);
-            distance_m(&off, Point::default()) > parameters.hull_m
-        });
         let is_near = distance_m(&wall, Point::default()) < parameters.reach_m;
-        (is_clear && is_near).then_some(wall)
+        let is_clear = || {
+            self.rows.iter().all(|row| {
+                let off = wall.map(|end| end - row.position);
+                distance_m(&off, Point::default()) > parameters.hull_m
+            })
+        };
+        (is_near && is_clear()).then_some(wall)
+    }
+
+    /// Fits a new segment with the others held; the change of the cost that it makes.
+    #[inline(never)]
+    fn fit_alone(
+        &self,
+        readings: &Readings<'_>,
+        others: &[WallSegment],
+        new: &mut [WallSegment; 1],
+        system: &mut System,
+    ) -> f32 {
+        let iterations = self.model.parameters.birth_iterations;
+        self.descend(new, iterations, system, &mut |new, system| {
+            new.first().map_or(0.0, |new| {
+                self.assemble_alone(readings, others, new, system)
+            })
+        })
+    }
+
+    /// The normal equations of one segment with the others held, and the change of the
+    /// cost by it.
+    #[inline(never)]
+    fn assemble_alone(
+        &self,
+        readings: &Readings<'_>,
+        others: &[WallSegment],
+        new: &WallSegment,
+        system: &mut System,
+    ) -> f32 {
+        let parameters = &self.model.parameters;
+        let law = &self.model.law;
+        system.clear(COORDINATES);
+        let mut change = 0.0;
+        for reading in readings {
+            let own = reading.placed.see(&new.ends);
+            if !law.may_see(&own) {
+                continue;
+            }
+            let mut walls = seen(&reading.placed, others, None);
+            let place = walls.len();
+            let _ = walls.push(own);
+            let seen = law.signal_and_gradient(&walls);
+            let residual = reading.measured.residual(seen.signal, parameters);
+            let (cost, weight) = huber(residual, parameters.huber);
+            change += cost - reading.cost;
+            let factor = -reading.measured.inverse_sigma / (seen.signal + parameters.soft_counts);
+            if let Some(gradient) = seen.gradient.get(place) {
+                let values = slope(&reading.placed, new, gradient, factor);
+                system.add(&[Slope { first: 0, values }], residual, weight);
+            }
+        }
+        self.add_prior(new, 0, system);
+        change + new.prior_cost(parameters)
+    }
+
+    /// Fits a new segment and the others together, and keeps it if that saves enough;
+    /// what made room for it then.
+    #[inline(never)]
+    fn join(
+        &self,
+        id: u16,
+        wall: &Wall,
+        segments: &mut WallSegments,
+        system: &mut System,
+    ) -> Option<Option<WallSegment>> {
+        let before = self.cost(segments);
+        let mut with = segments.clone();
+        let evicted = make_room(&mut with);
+        with.push(WallSegment::new(id, *wall)).ok()?;
+        let after = self.refine(&mut with, JOINT_ITERATIONS, system);
+        (before - after > self.model.parameters.birth_gain).then(|| {
+            *segments = with;
+            evicted
+        })
     }
 }
 
 /// The form of a new segment in the frame of its sensor, without its distance.
 struct BirthPlace {
-    normal_rad: f32,
-    bearing_rad: f32,
-    length_m: f32,
+    /// The middle at a perpendicular distance of 1 m.
+    middle: Point,
+    /// From the middle to the second end, metres.
+    half: Point,
 }
 
 impl BirthPlace {
-    /// The wall at a perpendicular distance.
-    fn wall(&self, distance_m: f32) -> Option<Wall> {
-        let (s, c) = math::sin_cos(self.normal_rad);
-        let (sine, cosine) = math::sin_cos(self.bearing_rad);
+    /// With sine and cosine of the bearings of the normal and of the middle; `None` where
+    /// the sensor would see it from its end.
+    fn of(normal: (f32, f32), bearing: (f32, f32), length_m: f32) -> Option<Self> {
+        let ((s, c), (sine, cosine)) = (normal, bearing);
         let incidence = c * cosine + s * sine;
-        if incidence < LEAST_COSINE {
-            return None;
-        }
-        let range = distance_m / incidence;
-        let middle = Point::new(range * cosine, range * sine);
-        let half = 0.5 * self.length_m;
-        let half = Point::new(-half * s, half * c);
-        Some([middle - half, middle + half])
+        let half = 0.5 * length_m;
+        (incidence >= LEAST_COSINE).then(|| Self {
+            middle: Point::new(cosine / incidence, sine / incidence),
+            half: Point::new(-half * s, half * c),
+        })
+    }
+
+    /// The wall at a perpendicular distance.
+    fn wall(&self, distance_m: f32) -> Wall {
+        let middle = Point::new(distance_m * self.middle.x, distance_m * self.middle.y);
+        [middle - self.half, middle + self.half]
     }
 }
 
@@ -190,16 +409,19 @@ fn insert(finalists: &mut [Option<(f32, Wall)>; FINALISTS], cost: f32, wall: Wal
     }
 }
 
-/// Whether there is a place for a new segment; the frozen one with the least evidence
-/// makes room, which is then returned.
-pub(super) fn make_room(segments: &mut WallSegments) -> Result<Option<WallSegment>, ()> {
+/// Whether there is a place for a new segment, or one that is frozen and could make room.
+fn has_room(segments: &WallSegments) -> bool {
+    segments.len() < MAX_SEGMENTS || segments.iter().any(|segment| segment.is_frozen)
+}
+
+/// Takes out the frozen segment with the least evidence if there is no place for another.
+fn make_room(segments: &mut WallSegments) -> Option<WallSegment> {
     if segments.len() < MAX_SEGMENTS {
-        return Ok(None);
+        return None;
     }
     let frozen = segments.iter().enumerate().filter(|(_, s)| s.is_frozen);
     let least = frozen.min_by(|(_, a), (_, b)| a.evidence.total_cmp(&b.evidence));
-    let index = least.map(|(index, _)| index).ok_or(())?;
-    Ok(take(segments, index))
+    take(segments, least.map(|(index, _)| index)?)
 }
 
 /// Takes a segment out; the order of the others stays.

@@ -18,6 +18,9 @@ pub(super) type WallSegments = Vec<WallSegment, MAX_SEGMENTS, u8>;
 const FIRST_DAMPING: f32 = 1e-3;
 const EASED: f32 = 0.3;
 const RAISED: f32 = 10.0;
+/// Change of the cost (chi^2) below which the iterations end: what moves an end by a tenth
+/// of its standard deviation.
+const SETTLED: f32 = 1e-2;
 
 /// The readings that segments are fitted to.
 #[derive(Clone, Copy)]
@@ -57,23 +60,35 @@ pub(super) fn slopes(
         if ends.iter().all(|end| end.norm_squared() == 0.0) {
             continue;
         }
-        let [a, b] = ends.map(|end| {
-            let local = segment.prior.local(end.rotated(placed.axis));
-            Point::new(factor * local.x, factor * local.y)
-        });
+        let values = slope(placed, segment, ends, factor);
         let _ = slopes.push(Slope {
             first: COORDINATES * index,
-            values: [a.x, a.y, b.x, b.y],
+            values,
         });
     }
     slopes
 }
 
-impl SegmentFit<'_> {
+/// The derivatives for one segment.
+pub(super) fn slope(
+    placed: &Placed,
+    segment: &WallSegment,
+    gradient: &[Point; 2],
+    factor: f32,
+) -> [f32; COORDINATES] {
+    let [a, b] = gradient.map(|end| {
+        let local = segment.prior.local(end.rotated(placed.axis));
+        Point::new(factor * local.x, factor * local.y)
+    });
+    [a.x, a.y, b.x, b.y]
+}
+
+impl<'f> SegmentFit<'f> {
     /// Every reading of the window with its sensor's place.
-    pub(super) fn readings(&self) -> impl Iterator<Item = (Placed, &LogReading)> {
-        self.rows.iter().flat_map(|row| {
-            let sensors = self.model.mounts.iter().zip(&row.measured);
+    pub(super) fn readings(&self) -> impl Iterator<Item = (Placed, &'f LogReading)> + use<'f> {
+        let Self { model, rows } = *self;
+        rows.iter().flat_map(|row| {
+            let sensors = model.mounts.iter().zip(&row.measured);
             sensors
                 .filter(|(_, measured)| measured.inverse_sigma > 0.0)
                 .map(|(mount, measured)| (row.place(mount), measured))
@@ -97,110 +112,142 @@ impl SegmentFit<'_> {
         self.readings_cost(segments, None) + priors.fold(0.0, |sum, cost| sum + cost)
     }
 
-    /// The normal equations at the segments.
+    /// The normal equations at the segments, and their cost with the priors.
     #[inline(never)]
-    fn assemble(&self, segments: &[WallSegment], system: &mut System<MAX_UNKNOWNS>) {
+    pub(super) fn assemble(&self, segments: &[WallSegment], system: &mut System) -> f32 {
         let parameters = &self.model.parameters;
         let active = segments.iter().filter(|segment| !segment.is_frozen);
         system.clear(COORDINATES * active.clone().count());
+        let mut cost = 0.0;
         for (placed, measured) in self.readings() {
             let walls = seen(&placed, segments, None);
             let seen = self.model.law.signal_and_gradient(&walls);
             let residual = measured.residual(seen.signal, parameters);
-            let factor = -measured.inverse_sigma / (seen.signal + parameters.soft_counts);
-            let slopes = slopes(&placed, segments, &seen, factor);
-            system.add(&slopes, residual, huber(residual, parameters.huber).1);
+            let (own, weight) = huber(residual, parameters.huber);
+            cost += own;
+            if seen.signal > 0.0 {
+                let factor = -measured.inverse_sigma / (seen.signal + parameters.soft_counts);
+                let slopes = slopes(&placed, segments, &seen, factor);
+                system.add(&slopes, residual, weight);
+            }
         }
         for (index, segment) in active.enumerate() {
-            let first = COORDINATES * index;
-            let Prior {
-                information, pull, ..
-            } = &segment.prior;
-            let pull = pull - information * segment.prior.deviation(&segment.ends);
-            system.add_block(
-                first,
-                |row, column| information.get((row, column)).copied().unwrap_or(0.0),
-                |row| pull.get(row).copied().unwrap_or(0.0),
-            );
-            let (residual, values) = segment.length_residual(parameters);
-            system.add(&[Slope { first, values }], residual, 1.0);
+            cost += segment.prior_cost(parameters);
+            self.add_prior(segment, COORDINATES * index, system);
         }
+        cost
     }
 
-    /// Levenberg-Marquardt iterations; the cost that is reached. The cost never rises.
+    /// Adds what earlier readings and the expected length say about a segment.
     #[inline(never)]
-    pub(super) fn refine(&self, segments: &mut WallSegments, iterations: u8) -> f32 {
-        let mut cost = self.cost(segments);
+    pub(super) fn add_prior(&self, segment: &WallSegment, first: usize, system: &mut System) {
+        let Prior {
+            information, pull, ..
+        } = &segment.prior;
+        let pull = pull - information * segment.prior.deviation(&segment.ends);
+        system.add_block(
+            first,
+            |row, column| information.get((row, column)).copied().unwrap_or(0.0),
+            |row| pull.get(row).copied().unwrap_or(0.0),
+        );
+        let (residual, values) = segment.length_residual(&self.model.parameters);
+        system.add(&[Slope { first, values }], residual, 1.0);
+    }
+
+    /// Levenberg-Marquardt iterations; the cost that is reached, which is never above the
+    /// first one. The equations are left as they are there.
+    pub(super) fn refine(
+        &self,
+        segments: &mut [WallSegment],
+        iterations: u8,
+        system: &mut System,
+    ) -> f32 {
+        self.descend(segments, iterations, system, &mut |segments, system| {
+            self.assemble(segments, system)
+        })
+    }
+
+    /// Iterations on the equations and the cost of `assemble`: at most two of them per
+    /// iteration.
+    #[inline(never)]
+    pub(super) fn descend(
+        &self,
+        segments: &mut [WallSegment],
+        iterations: u8,
+        system: &mut System,
+        assemble: &mut dyn FnMut(&[WallSegment], &mut System) -> f32,
+    ) -> f32 {
+        let mut cost = assemble(segments, system);
         if segments.iter().all(|segment| segment.is_frozen) {
             return cost;
         }
-        let mut system = System::new(0);
-        let mut is_assembled = false;
         let mut damping = FIRST_DAMPING;
         for _ in 0..iterations {
-            if !is_assembled {
-                self.assemble(segments, &mut system);
-                is_assembled = true;
-            }
             let Some(step) = system.solve(damping) else {
                 damping *= RAISED;
                 continue;
             };
             let before = ends(segments);
             self.apply(segments, &step);
-            let reached = self.cost(segments);
-            if reached < cost {
+            let reached = assemble(segments, system);
+            let gained = cost - reached;
+            if gained > 0.0 {
                 cost = reached;
                 damping *= EASED;
-                is_assembled = false;
             } else {
                 for (segment, ends) in segments.iter_mut().zip(before) {
                     segment.ends = ends;
                 }
                 damping *= RAISED;
             }
+            if gained.abs() < SETTLED {
+                break;
+            }
+            if gained <= 0.0 {
+                let _ = assemble(segments, system);
+            }
         }
         cost
     }
 
-    fn apply(&self, segments: &mut WallSegments, step: &[f32; MAX_UNKNOWNS]) {
+    fn apply(&self, segments: &mut [WallSegment], step: &[f32; MAX_UNKNOWNS]) {
         let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
         for (segment, step) in active.zip(step.chunks_exact(COORDINATES)) {
             segment.step(step, self.model.parameters.most_move_m);
         }
     }
+}
 
-    /// Covariance of the ends of each segment, the others held.
-    #[inline(never)]
-    pub(super) fn set_covariances(&self, segments: &mut WallSegments) {
-        let mut system = System::new(0);
-        self.assemble(segments, &mut system);
-        let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
-        for (index, segment) in active.enumerate() {
-            let mut block = system.block(COORDINATES * index);
-            let mut local = Matrix4::zeros();
-            for column in 0..COORDINATES {
-                block.set_unit(column);
-                let solution = block.solve(1e-4).unwrap_or_default();
-                for (row, value) in solution.iter().enumerate() {
-                    if let Some(entry) = local.get_mut((row, column)) {
-                        *entry = *value;
-                    }
+/// Sets the covariance of the ends of each segment, the others held, from the equations
+/// that a fit has left.
+#[inline(never)]
+pub(super) fn set_covariances(segments: &mut [WallSegment], system: &System) {
+    let mut block = System::new();
+    let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
+    for (index, segment) in active.enumerate() {
+        block.take_block(system, COORDINATES * index);
+        let mut local = Matrix4::zeros();
+        for column in 0..COORDINATES {
+            block.set_unit(column);
+            let solution = block.solve(1e-4).unwrap_or_default();
+            for (row, value) in solution.iter().take(COORDINATES).enumerate() {
+                if let Some(entry) = local.get_mut((row, column)) {
+                    *entry = *value;
                 }
             }
-            let Point { x: c, y: s } = segment.prior.along;
-            let turn = Matrix4::new(
-                c, -s, 0.0, 0.0, //
-                s, c, 0.0, 0.0, //
-                0.0, 0.0, c, -s, //
-                0.0, 0.0, s, c,
-            );
-            segment.covariance = turn * local * turn.transpose();
         }
+        let Point { x: c, y: s } = segment.prior.along;
+        let turn = Matrix4::new(
+            c, -s, 0.0, 0.0, //
+            s, c, 0.0, 0.0, //
+            0.0, 0.0, c, -s, //
+            0.0, 0.0, s, c,
+        );
+        segment.covariance = turn * local * turn.transpose();
     }
 }
 
-fn ends(segments: &WallSegments) -> [Wall; MAX_SEGMENTS] {
+fn ends(segments: &[WallSegment]) -> [Wall; MAX_SEGMENTS] {
     let mut ends = [[Point::default(); 2]; MAX_SEGMENTS];
     for (ends, segment) in ends.iter_mut().zip(segments) {
         *ends = segment.ends;

@@ -7,15 +7,16 @@ pub(super) const COORDINATES: usize = 4;
 /// Most unknowns of a fit.
 pub(super) const MAX_UNKNOWNS: usize = COORDINATES * MAX_SEGMENTS;
 
-/// Symmetric normal equations H x = b of at most N unknowns.
+/// Symmetric normal equations H x = b of at most [`MAX_UNKNOWNS`] unknowns.
 ///
 /// The diagonal and what is above it hold H; below it is the place of the factor L, so
 /// that H stays for another damping. Written out instead of nalgebra's factorization:
-/// the order of the operations is fixed on all machines, and nothing can panic.
+/// the number of unknowns varies at run time, the order of the operations is fixed on all
+/// machines, and nothing can panic.
 #[derive(Clone, Debug)]
-pub(super) struct System<const N: usize> {
-    h: [[f32; N]; N],
-    b: [f32; N],
+pub(super) struct System {
+    h: [[f32; MAX_UNKNOWNS]; MAX_UNKNOWNS],
+    b: [f32; MAX_UNKNOWNS],
     unknowns: usize,
 }
 
@@ -27,19 +28,21 @@ pub(super) struct Slope {
     pub(super) values: [f32; COORDINATES],
 }
 
-impl<const N: usize> System<N> {
-    /// Equations of so many unknowns, all zero.
-    pub(super) const fn new(unknowns: usize) -> Self {
+impl System {
+    /// No equations.
+    pub(super) const fn new() -> Self {
         Self {
-            h: [[0.0; N]; N],
-            b: [0.0; N],
-            unknowns,
+            h: [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS],
+            b: [0.0; MAX_UNKNOWNS],
+            unknowns: 0,
         }
     }
 
-    /// Sets all to zero.
+    /// Makes it equations of so many unknowns, all zero.
     pub(super) fn clear(&mut self, unknowns: usize) {
-        self.h.as_flattened_mut().fill(0.0);
+        for row in self.h.iter_mut().take(unknowns) {
+            row.iter_mut().take(unknowns).for_each(|entry| *entry = 0.0);
+        }
         self.b.fill(0.0);
         self.unknowns = unknowns;
     }
@@ -48,14 +51,22 @@ impl<const N: usize> System<N> {
     #[inline(never)]
     pub(super) fn add(&mut self, slopes: &[Slope], residual: f32, weight: f32) {
         for (index, slope) in slopes.iter().enumerate() {
+            let weighted = slope.values.map(|value| weight * value);
             let rows = self.h.iter_mut().zip(&mut self.b).skip(slope.first);
-            for (own, (row, b)) in slope.values.iter().zip(rows) {
-                *b -= weight * own * residual;
+            for (own, (row, b)) in weighted.iter().zip(rows) {
+                *b -= own * residual;
                 for other in slopes.iter().skip(index) {
-                    let entries = row.iter_mut().skip(other.first);
-                    for (entry, value) in entries.zip(&other.values) {
-                        *entry += weight * own * value;
-                    }
+                    let Some([e0, e1, e2, e3]) = row
+                        .get_mut(other.first..)
+                        .and_then(|row| row.first_chunk_mut())
+                    else {
+                        continue;
+                    };
+                    let [v0, v1, v2, v3] = other.values;
+                    *e0 += own * v0;
+                    *e1 += own * v1;
+                    *e2 += own * v2;
+                    *e3 += own * v3;
                 }
             }
         }
@@ -78,15 +89,15 @@ impl<const N: usize> System<N> {
         }
     }
 
-    /// The block of a segment as a system of its own, with nothing on the right.
-    pub(super) fn block(&self, first: usize) -> System<COORDINATES> {
-        let mut block = System::new(COORDINATES);
-        for (to, from) in block.h.iter_mut().zip(self.h.iter().skip(first)) {
+    /// Makes it the block of a segment of other equations, with nothing on the right.
+    pub(super) fn take_block(&mut self, of: &Self, first: usize) {
+        self.clear(COORDINATES);
+        let rows = self.h.iter_mut().zip(of.h.iter().skip(first));
+        for (to, from) in rows.take(COORDINATES) {
             for (to, from) in to.iter_mut().zip(from.iter().skip(first)).take(COORDINATES) {
                 *to = *from;
             }
         }
-        block
     }
 
     /// Sets the right side to a unit vector.
@@ -101,9 +112,9 @@ impl<const N: usize> System<N> {
     ///
     /// About n^3 / 3 + 2 n^2 operations for n unknowns.
     #[inline(never)]
-    pub(super) fn solve(&mut self, damping: f32) -> Option<[f32; N]> {
-        let n = self.unknowns.min(N);
-        let mut inverse_pivots = [0.0_f32; N];
+    pub(super) fn solve(&mut self, damping: f32) -> Option<[f32; MAX_UNKNOWNS]> {
+        let n = self.unknowns.min(MAX_UNKNOWNS);
+        let mut inverse_pivots = [0.0_f32; MAX_UNKNOWNS];
         let mut x = self.b;
         for i in 0..n {
             let (above, rest) = self.h.split_at_mut_checked(i)?;
@@ -151,7 +162,8 @@ mod tests {
 
     #[test]
     fn solution_solves_the_equations_and_leaves_them() {
-        let mut system = System::<MAX_UNKNOWNS>::new(MAX_UNKNOWNS);
+        let mut system = System::new();
+        system.clear(MAX_UNKNOWNS);
         let mut value = 0.1_f32;
         let mut next = || {
             value = (value * 37.7 + 0.31) % 1.0;
@@ -186,8 +198,9 @@ mod tests {
 
     #[test]
     fn equations_without_a_solution_have_none() {
-        assert_eq!(System::<4>::new(4).solve(0.1), None);
-        let mut bad = System::<4>::new(4);
+        let mut bad = System::new();
+        bad.clear(4);
+        assert_eq!(bad.solve(0.1), None);
         let slope = Slope {
             first: 0,
             values: [f32::NAN, 1.0, 0.0, 0.0],

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::geometry::{Motion, Point, Pose, Rotation};
-use crate::model::{Photometry, Ring, SENSORS, Sample, Wall, WallLaw};
+use crate::model::{Photometry, Ring, SENSORS, Sample, Wall, WallLaw, evaluations};
 
 const SENSOR: Photometry = Photometry::VCNL4020;
 
@@ -203,4 +203,148 @@ fn the_same_steps_give_the_same_bits() {
         .collect();
     let first = track(&model, &walls, &poses).1;
     assert_eq!(first, track(&model, &walls, &poses).1);
+}
+
+/// Readings and motions of all kinds.
+fn hostile_step(generator: &mut crate::random::Generator) -> (Motion, [Sample; SENSORS]) {
+    let samples = core::array::from_fn(|_| match generator.bits() % 8 {
+        0 => Sample::Missing,
+        1 => Sample::Counts(generator.bits() as i32),
+        2 => Sample::Counts((generator.bits() % 70_000) as i32),
+        _ => Sample::Counts((generator.bits() % 900) as i32 - 30),
+    });
+    let part = |bits: u32| (bits % 201) as f32 - 100.0;
+    let motion = Motion {
+        displacement: Point::new(2e-4 * part(generator.bits()), 2e-4 * part(generator.bits())),
+        turn: crate::geometry::Angle::from_radians(3e-3 * part(generator.bits())),
+    };
+    (motion, samples)
+}
+
+#[test]
+fn a_step_evaluates_the_law_no_more_often_than_its_stages_allow() {
+    const READINGS: usize = MAX_WINDOW * SENSORS;
+    const ALL: usize = READINGS * MAX_SEGMENTS;
+    let parameters = SegmentParameters::STEPS;
+    // Iterations after the first equations take two each at most.
+    let fit = |iterations: u8| (1 + 2 * usize::from(iterations)) * ALL;
+    let fold = SENSORS * MAX_SEGMENTS * MAX_SEGMENTS;
+    let gains = ALL * MAX_SEGMENTS;
+    let merge = fit(3) + 2 * ALL;
+    let rank = ALL + 3 * SENSORS * MAX_SEGMENTS + 84 * (4 + READINGS);
+    let alone = ALL + 3 * fit(parameters.birth_iterations);
+    let join = ALL + fit(6);
+    let most = fold + fit(parameters.iterations) + gains + merge.max(rank).max(alone).max(join);
+    let model = SegmentModel::new(parameters, &SENSOR, &Ring::AMIRO);
+    let mut largest = 0;
+    for seed in 0..4 {
+        let mut generator = crate::random::Generator::seeded(seed);
+        let mut tracker = SegmentTracker::new();
+        for step in 0..400 {
+            let (motion, samples) = hostile_step(&mut generator);
+            let _ = evaluations::take();
+            tracker.step(&model, &motion, &samples, &mut |_| {});
+            let walls = evaluations::take();
+            largest = largest.max(walls);
+            assert!(walls <= most, "seed {seed}, step {step}: {walls} of {most}");
+        }
+    }
+    assert!(
+        largest > most / 10,
+        "the bound says nothing: {largest} of {most}"
+    );
+}
+
+#[test]
+fn the_tracker_takes_at_most_six_kibibytes() {
+    let bytes = core::mem::size_of::<SegmentTracker>();
+    assert!(bytes <= 6 * 1024, "{bytes}");
+}
+
+#[test]
+fn a_window_of_equal_poses_gives_one_finite_wall() {
+    let model = SegmentModel::new(SegmentParameters::STEPS, &SENSOR, &Ring::AMIRO);
+    let walls = [[Point::new(-0.3, 0.10), Point::new(0.3, 0.10)]];
+    let mut tracker = SegmentTracker::new();
+    let readings = samples(model.law(), &walls, &Pose::default());
+    for step in 0..40 {
+        // Turns to and fro, so that each row is kept, by so little that poses are equal.
+        let motion = Motion {
+            turn: crate::geometry::Angle::from_radians(if step % 2 == 0 { 0.02 } else { -0.02 }),
+            ..Motion::NONE
+        };
+        tracker.step(&model, &motion, &readings, &mut |_| {});
+    }
+    for segment in tracker.segments() {
+        assert!(
+            line_distance(&segment.ends(), Point::new(0.0, 0.10)) < 0.01,
+            "{segment:?}"
+        );
+        assert!(segment.covariance().iter().all(|entry| entry.is_finite()));
+    }
+    assert!(!tracker.segments().is_empty());
+}
+
+#[test]
+fn a_segment_that_no_longer_fits_is_dropped_and_not_dragged() {
+    let model = SegmentModel::new(SegmentParameters::STEPS, &SENSOR, &Ring::AMIRO);
+    let walls = [[Point::new(-1.0, 0.10), Point::new(3.0, 0.10)]];
+    let mut tracker = SegmentTracker::new();
+    // The odometry turns by 10 degrees per metre; the robot drives straight on.
+    let motion = Motion {
+        displacement: Point::new(0.01, 0.0),
+        turn: crate::geometry::Angle::from_radians(0.1_f32.to_radians()),
+    };
+    let mut steps_with_wall = 0;
+    let mut wrong_for = 0;
+    for step in 0..150 {
+        let pose = Pose::new(0.01 * step as f32, 0.0, 0.0);
+        let readings = samples(model.law(), &walls, &pose);
+        tracker.step(&model, &motion, &readings, &mut |_| {});
+        if step < 20 {
+            continue;
+        }
+        // A segment beside the robot that is not where the wall is now.
+        let (mut right, mut wrong) = (0, 0);
+        for segment in tracker.segments() {
+            let [a, b] = segment.ends().map(|end| tracker.body_from_track(end));
+            if a.x.min(b.x) < 0.0 && a.x.max(b.x) > 0.0 && a.y + b.y > 0.0 {
+                let y = a.y + (b.y - a.y) * (-a.x) / (b.x - a.x);
+                let is_right = (y - 0.10).abs() < 0.025;
+                right += usize::from(is_right);
+                wrong += usize::from(!is_right);
+            }
+        }
+        wrong_for = if wrong > 0 { wrong_for + 1 } else { 0 };
+        assert!(wrong_for <= 10, "step {step}: {:?}", tracker.segments());
+        steps_with_wall += usize::from(right > 0);
+    }
+    assert!(steps_with_wall > 100, "{steps_with_wall} of 130");
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig {
+        // Every case is 60 steps.
+        cases: if cfg!(miri) { 1 } else { 40 },
+        failure_persistence: None,
+        ..proptest::prelude::ProptestConfig::default()
+    })]
+
+    #[test]
+    fn no_samples_make_a_number_that_is_none(seed in proptest::prelude::any::<u64>()) {
+        let model = SegmentModel::new(SegmentParameters::STEPS, &SENSOR, &Ring::AMIRO);
+        let mut generator = crate::random::Generator::seeded(seed);
+        let mut tracker = SegmentTracker::new();
+        for step in 0..60 {
+            let (motion, samples) = hostile_step(&mut generator);
+            tracker.step(&model, &motion, &samples, &mut |_| {});
+            for segment in tracker.segments() {
+                let [a, b] = segment.ends();
+                let numbers = [a.x, a.y, b.x, b.y, segment.evidence()];
+                let covariance = segment.covariance().iter();
+                let is_finite = numbers.iter().chain(covariance).all(|it| it.is_finite());
+                proptest::prop_assert!(is_finite, "step {step}: {segment:?}");
+            }
+        }
+    }
 }

@@ -2,8 +2,9 @@
 
 use heapless::Vec;
 
-use super::birth::make_room;
-use super::fit::{SegmentFit, WallSegments};
+use super::birth::Birth;
+use super::fit::{SegmentFit, WallSegments, set_covariances};
+use super::linear::System;
 use super::segment::WallSegment;
 use super::upkeep::{cut_at_hull, fold, keep_in_reach};
 use super::window::StepReadings;
@@ -71,7 +72,7 @@ pub struct SegmentTracker {
     heading: Angle,
     /// Whether the next step's motion adds to that of the newest row.
     pending: Pending,
-    next_id: u16,
+    birth: Birth,
     steps: u16,
 }
 
@@ -102,7 +103,7 @@ impl SegmentTracker {
                 way_m: 0.0,
                 turn_rad: 0.0,
             },
-            next_id: 0,
+            birth: Birth::none(),
             steps: 0,
         }
     }
@@ -118,7 +119,12 @@ impl SegmentTracker {
         &self.window
     }
 
-    /// Adds the segments to a digest of the filter; nothing without segments.
+    /// Whether there is nothing that a digest would hold: no segment, and no birth runs.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.segments.is_empty() && !self.birth.is_running()
+    }
+
+    /// Adds the segments, and the birth that runs, to a digest of the filter.
     pub(crate) fn update(&self, digest: &mut Digest) {
         for segment in &self.segments {
             digest.update(u32::from(segment.id) | u32::from(segment.age_steps) << 16);
@@ -127,6 +133,9 @@ impl SegmentTracker {
                 digest.update(end.y.to_bits());
             }
             digest.update(segment.evidence.to_bits());
+        }
+        if self.birth.is_running() {
+            self.birth.update(digest);
         }
     }
 
@@ -142,7 +151,7 @@ impl SegmentTracker {
         self.window.clear();
         self.heading = Angle::default();
         self.pending = Pending::default();
-        self.next_id = 0;
+        self.birth = Birth::none();
         self.steps = 0;
     }
 
@@ -172,21 +181,22 @@ impl SegmentTracker {
             model,
             rows: &self.window,
         };
-        let _ = fit.refine(&mut self.segments, model.parameters.iterations);
+        let mut system = System::new();
+        let _ = fit.refine(&mut self.segments, model.parameters.iterations, &mut system);
+        set_covariances(&mut self.segments, &system);
         cut_at_hull(&model.parameters, &mut self.segments);
-        if let Ok(evicted) = make_room(&mut self.segments) {
-            evicted.iter().for_each(&mut *retired);
-            if fit.give_birth(&mut self.segments, self.next_id) {
-                self.next_id = self.next_id.wrapping_add(1);
-                cut_at_hull(&model.parameters, &mut self.segments);
-            }
-        }
         let upkeep_steps = u16::from(model.parameters.upkeep_steps.max(1));
+        let mut has_tried_merge = false;
         if self.steps.is_multiple_of(upkeep_steps) {
+            let turn = usize::from(self.steps / upkeep_steps);
             fit.drop_weakest(&mut self.segments);
-            fit.merge_collinear(&mut self.segments);
+            has_tried_merge = fit.merge_collinear(&mut self.segments, turn, &mut system);
         }
-        fit.set_covariances(&mut self.segments);
+        if !has_tried_merge {
+            let evicted = fit.advance_birth(&mut self.birth, &mut self.segments, &mut system);
+            evicted.iter().for_each(&mut *retired);
+            cut_at_hull(&model.parameters, &mut self.segments);
+        }
         for segment in &mut self.segments {
             segment.age_steps = segment.age_steps.saturating_add(1);
         }
@@ -207,6 +217,7 @@ impl SegmentTracker {
         for segment in &mut self.segments {
             segment.translate(against);
         }
+        self.birth.translate(against);
         for row in &mut self.window {
             row.position = row.position + against;
         }

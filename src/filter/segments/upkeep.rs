@@ -2,9 +2,10 @@
 
 use super::birth::take;
 use super::fit::{SegmentFit, WallSegments, seen, slopes};
+use super::linear::System;
 use super::segment::{Prior, WallSegment, distance_m, length_m, outside};
 use super::window::{StepReadings, huber};
-use super::{SegmentModel, SegmentParameters};
+use super::{MAX_SEGMENTS, SegmentModel, SegmentParameters};
 use crate::geometry::Point;
 use crate::model::Wall;
 
@@ -91,15 +92,11 @@ impl SegmentFit<'_> {
     /// Drops the segment with the least evidence if that is too little.
     #[inline(never)]
     pub(super) fn drop_weakest(&self, segments: &mut WallSegments) {
-        let with = self.readings_cost(segments, None);
+        let gains = self.gains(segments);
         let mut least: Option<(usize, f32)> = None;
-        for (index, segment) in segments.iter().enumerate() {
-            if segment.is_frozen {
-                continue;
-            }
-            let gain = self.readings_cost(segments, Some(index)) - with;
+        for (index, (segment, gain)) in segments.iter().zip(gains).enumerate() {
             let evidence = segment.evidence + gain;
-            if least.is_none_or(|(_, other)| evidence < other) {
+            if !segment.is_frozen && least.is_none_or(|(_, other)| evidence < other) {
                 least = Some((index, evidence));
             }
         }
@@ -110,27 +107,70 @@ impl SegmentFit<'_> {
         }
     }
 
-    /// Merges the first two collinear segments for which that costs little.
-    #[inline(never)]
-    pub(super) fn merge_collinear(&self, segments: &mut WallSegments) {
+    /// What each segment saves at the readings of the window.
+    fn gains(&self, segments: &[WallSegment]) -> [f32; MAX_SEGMENTS] {
         let parameters = &self.model.parameters;
-        for first in 0..segments.len() {
-            for second in first + 1..segments.len() {
-                let Some(merged) = merged(segments, first, second, parameters) else {
+        let law = &self.model.law;
+        let mut gains = [0.0; MAX_SEGMENTS];
+        for (placed, measured) in self.readings() {
+            let cost = |signal| huber(measured.residual(signal, parameters), parameters.huber).0;
+            let mut with: Option<f32> = None;
+            for (index, (segment, gain)) in segments.iter().zip(&mut gains).enumerate() {
+                if segment.is_frozen || !law.may_see(&placed.see(&segment.ends)) {
                     continue;
-                };
-                let before = self.cost_without_priors(segments);
-                let mut with = segments.clone();
-                if let Some(place) = with.get_mut(first) {
-                    *place = merged;
                 }
-                let _ = take(&mut with, second);
-                let _ = self.refine(&mut with, MERGE_ITERATIONS);
-                if self.cost_without_priors(&with) - before < parameters.merge_cost {
-                    *segments = with;
-                    return;
+                let with =
+                    *with.get_or_insert_with(|| cost(law.signal(&seen(&placed, segments, None))));
+                *gain += cost(law.signal(&seen(&placed, segments, Some(index)))) - with;
+            }
+        }
+        gains
+    }
+
+    /// Tries to merge one pair of collinear segments, which is done if it costs little;
+    /// whether there was a pair.
+    ///
+    /// The search for the pair begins at another segment each time.
+    #[inline(never)]
+    pub(super) fn merge_collinear(
+        &self,
+        segments: &mut WallSegments,
+        turn: usize,
+        system: &mut System,
+    ) -> bool {
+        let count = segments.len();
+        for nth in 0..count {
+            let mut first = nth + turn % count.max(1);
+            if first >= count {
+                first -= count;
+            }
+            for second in first + 1..count {
+                if let Some(merged) = merged(segments, first, second, &self.model.parameters) {
+                    self.merge(segments, [first, second], &merged, system);
+                    return true;
                 }
             }
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn merge(
+        &self,
+        segments: &mut WallSegments,
+        [first, second]: [usize; 2],
+        merged: &WallSegment,
+        system: &mut System,
+    ) {
+        let before = self.cost_without_priors(segments);
+        let mut with = segments.clone();
+        if let Some(place) = with.get_mut(first) {
+            *place = *merged;
+        }
+        let _ = take(&mut with, second);
+        let _ = self.refine(&mut with, MERGE_ITERATIONS, system);
+        if self.cost_without_priors(&with) - before < self.model.parameters.merge_cost {
+            *segments = with;
         }
     }
 

@@ -41,25 +41,40 @@ pub(super) struct Interval {
     pub(super) to: f32,
 }
 
+impl Interval {
+    /// All of the only wall in view.
+    pub(super) fn whole(sight: &Sight) -> Self {
+        let [from, to] = sight.half_tangents;
+        Self { sight: 0, from, to }
+    }
+}
+
 pub(super) type Sights = Vec<Sight, MAX_WALLS>;
 pub(super) type Intervals = Vec<Interval, MAX_INTERVALS>;
 
 impl WallLaw {
-    /// The walls in view, and the intervals in which each is the nearest.
+    /// Collects the walls in view.
     #[inline(never)]
-    pub(super) fn view(&self, walls: &[Wall]) -> (Sights, Intervals) {
-        let mut sights = Sights::new();
+    pub(super) fn see_all(&self, walls: &[Wall], sights: &mut Sights) {
         for (index, wall) in walls.iter().enumerate().take(MAX_WALLS) {
-            if let Some(sight) = self.see(index, wall) {
+            if self.may_see(wall)
+                && let Some(sight) = self.see(index, wall)
+            {
                 let _ = sights.push(sight);
             }
         }
-        let intervals = nearest_intervals(&sights);
-        (sights, intervals)
+    }
+
+    /// Whether something of a wall, given in the sensor's frame, can be in the lobe:
+    /// `false` if it lies beyond one edge of it.
+    #[inline]
+    pub(crate) fn may_see(&self, [a, b]: &Wall) -> bool {
+        let (edge_a, edge_b) = (self.tangent_max * a.x, self.tangent_max * b.x);
+        !(a.y > edge_a && b.y > edge_b || -a.y > edge_a && -b.y > edge_b)
     }
 
     /// A wall in the lobe; `None` if nothing of it is.
-    pub(super) fn see(&self, wall: usize, &[a, b]: &Wall) -> Option<Sight> {
+    fn see(&self, wall: usize, &[a, b]: &Wall) -> Option<Sight> {
         let cross = a.x * b.y - a.y * b.x;
         let is_swapped = cross < 0.0;
         let ends = if is_swapped { [b, a] } else { [a, b] };
@@ -120,12 +135,23 @@ pub(super) fn inverse_range(sight: &Sight, u: f32) -> f32 {
     ((1.0 - u * u) * sight.normal.x + 2.0 * u * sight.normal.y) / sight.distance_m
 }
 
-fn nearest_intervals(sights: &[Sight]) -> Intervals {
-    let mut intervals = Intervals::new();
-    if let [sight] = sights {
-        let [from, to] = sight.half_tangents;
-        let _ = intervals.push(Interval { sight: 0, from, to });
-        return intervals;
+/// Collects the intervals in which each of several walls is the nearest.
+#[inline(never)]
+pub(super) fn split(sights: &[Sight], intervals: &mut Intervals) {
+    // Two side by side, as in a corridor.
+    if let [a, b] = sights
+        && let ([from_a, to_a], [from_b, to_b]) = (a.half_tangents, b.half_tangents)
+        && (to_a <= from_b || to_b <= from_a)
+    {
+        let (first, second) = if to_a <= from_b { (0, 1) } else { (1, 0) };
+        for place in [first, second] {
+            if let Some(sight) = sights.get(place) {
+                let [from, to] = sight.half_tangents;
+                let sight = place;
+                let _ = intervals.push(Interval { sight, from, to });
+            }
+        }
+        return;
     }
     let mut cuts: Vec<f32, { 2 * MAX_WALLS }> = Vec::new();
     for sight in sights {
@@ -158,7 +184,6 @@ fn nearest_intervals(sights: &[Sight]) -> Intervals {
             }
         }
     }
-    intervals
 }
 
 /// Inserts into numbers in ascending order.
