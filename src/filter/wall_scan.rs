@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! e       h - n.p, before the wall positive
-//! v       (5 mm)^2 + (3 % of h)^2
+//! v       (3 mm)^2 + (2 % of h)^2
 //! q       cos(xi t) cos^3(i), what the element at p returns as seen by the sensor
 //! P       min(1, q / (q_min q_max)) exp(-e^2 / 2 v)
 //! w       1 - prod (1 - P), as equation 2 joins the supports

@@ -125,14 +125,6 @@ impl Method {
             Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STEPS))
         })
     };
-    /// The same with the parameters for stations 50 mm apart.
-    pub const SEGMENTS_AT_STATIONS: Self = Self {
-        fits_signals: true,
-        ..Self::new("segments", SEGMENTS, |s| {
-            let parameters = SegmentParameters::STATIONS;
-            Box::new(SegmentMapper::new(s, parameters, SegmentDrawing::STATIONS))
-        })
-    };
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))

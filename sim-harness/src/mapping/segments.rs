@@ -55,11 +55,6 @@ impl SegmentDrawing {
         clear_m: 0.009,
         evidence: 12.0,
     };
-    /// For stations, which are fewer and 50 mm apart.
-    pub const STATIONS: Self = Self {
-        occupied: 30.0,
-        ..Self::STEPS
-    };
 }
 
 /// A segment in the world.
