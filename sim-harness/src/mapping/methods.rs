@@ -129,18 +129,6 @@ impl Method {
             ))
         })
     };
-    /// The same with the parameters for stations 50 mm apart.
-    pub const SEGMENTS_AT_STATIONS: Self = Self {
-        fits_signals: true,
-        ..Self::new("segments", SEGMENTS, |s| {
-            let parameters = SegmentParameters::STATIONS;
-            Box::new(SegmentMapper::new(
-                s,
-                parameters,
-                WallMapParameters::STANDARD,
-            ))
-        })
-    };
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))

@@ -11,11 +11,16 @@ pub struct SegmentParameters {
     /// Steps of the window (W), 1 to 5. More: ends are surer, and odometry errors within
     /// the window count as errors of the walls.
     pub window_steps: u8,
+    /// Distance from the robot at which a step leaves the window, metres: so far apart are
+    /// its first and last step. Four stations of 50 mm; steps of 10 mm never reach it.
+    /// More: what the odometry gets wrong between stations counts as errors of the walls.
+    pub window_m: f32,
     /// Relative standard deviation of a signal (rel): gain, surface, law. More: near
     /// walls are followed less closely.
     pub relative_sigma: f32,
-    /// Standard deviation of a reading, counts (sigma). The sensor's 4.57; 10 for
-    /// recordings that are clipped at 0 counts.
+    /// Standard deviation of a reading, counts (sigma). Twice the sensor's own 4.57:
+    /// recordings are clipped at 0 counts, which is up to 16 above beta, and simulated
+    /// mazes are mapped better, too. More: weak signals, as of small blocks, count less.
     pub sigma_counts: f32,
     /// Counts added to signals before the logarithm (d0). More: weak signals count less.
     pub soft_counts: f32,
@@ -63,11 +68,12 @@ pub struct SegmentParameters {
 }
 
 impl SegmentParameters {
-    /// For steps of 10 mm and readings with the sensor's own noise.
+    /// For steps of 10 mm and for stations up to 50 mm apart.
     pub const STEPS: Self = Self {
         window_steps: 5,
+        window_m: 0.155,
         relative_sigma: 0.08,
-        sigma_counts: 4.57,
+        sigma_counts: 10.0,
         soft_counts: 15.0,
         huber: 3.0,
         length_m: 0.2,
@@ -88,14 +94,6 @@ impl SegmentParameters {
         merge_bend_m: 0.025,
         merge_cost: 21.0,
         least_length_m: 0.01,
-    };
-
-    /// For stations 50 mm apart and readings that the recorder clipped at 0 counts, which
-    /// is up to 16 above beta.
-    pub const STATIONS: Self = Self {
-        window_steps: 3,
-        sigma_counts: 10.0,
-        ..Self::STEPS
     };
 }
 

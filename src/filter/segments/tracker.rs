@@ -240,10 +240,12 @@ impl SegmentTracker {
         }
         self.pending = Pending::default();
         let most = usize::from(model.parameters.window_steps).clamp(1, MAX_WINDOW);
-        if self.window.len() >= most {
-            if let Some(oldest) = self.window.first() {
-                fold(model, oldest, &mut self.segments);
+        while let Some(oldest) = self.window.first() {
+            let is_within = oldest.position.norm() <= model.parameters.window_m;
+            if is_within && self.window.len() < most {
+                break;
             }
+            fold(model, oldest, &mut self.segments);
             let mut kept = 0;
             self.window.retain(|_| {
                 kept += 1;
