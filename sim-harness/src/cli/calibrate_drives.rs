@@ -22,7 +22,12 @@ pub(super) struct DriveCalibration {
     )]
     from_drive: Vec<PathBuf>,
     /// Alpha, counts m^2, if it is known, as from a table: then the gains alone are fitted.
-    #[arg(long, value_name = "A", requires = "from_drive")]
+    #[arg(
+        long,
+        value_name = "A",
+        requires = "from_drive",
+        conflicts_with = "table"
+    )]
     alpha: Option<f32>,
     /// Sensors to leave out, by index: those that see something that moves.
     #[arg(
@@ -30,11 +35,12 @@ pub(super) struct DriveCalibration {
         value_name = "I,J",
         value_delimiter = ',',
         requires = "from_drive",
+        conflicts_with = "table",
         value_parser = clap::value_parser!(u8).range(0..SENSORS as i64)
     )]
     mask: Vec<u8>,
     /// Replace the file of --out if it exists.
-    #[arg(long, requires = "from_drive")]
+    #[arg(long, requires = "from_drive", conflicts_with = "table")]
     force: bool,
 }
 

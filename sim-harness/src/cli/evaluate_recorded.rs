@@ -20,7 +20,7 @@ pub(super) struct Recorded {
         long,
         value_name = "FOLDER",
         conflicts_with_all = [
-            "scenario", "seeds", "physics", "odometry", "alpha", "calibrate", "footprint",
+            "scenario", "seeds", "physics", "odometry", "alpha", "gains", "calibrate", "footprint",
             "threads", "check",
         ]
     )]
