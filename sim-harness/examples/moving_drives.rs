@@ -76,14 +76,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         wall_alpha_counts_m2: arguments.wall_alpha,
     };
     console::print(
-        "On the line: occupied cells of the side within 20 mm of the line through most of them.\n",
+        "On the line: occupied cells of the side within 20 mm of the line through most of them.",
     );
     let mut lines = Vec::new();
     for path in &arguments.drives {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let recording = log::read(path)?;
+        console::print("");
+        console::print(&name);
         console::print(format_args!(
-            "{name}\n{:12} {:>3} {:5}  {:>11} {:>5} {:>10} {:>10} {:>10}",
+            "{:12} {:>3} {:5}  {:>11} {:>5} {:>10} {:>10} {:>10}",
             "method", "leg", "side", "on the line", "share", "RMS there", "RMS all", "covered mm"
         ));
         for method in &arguments.methods {
