@@ -17,7 +17,7 @@ use heapless::Vec;
 use super::fit::{SegmentFit, WallSegments, seen, slope};
 use super::linear::{COORDINATES, Slope, System};
 use super::segment::{WallSegment, distance_m};
-use super::window::{LogReading, Placed, huber};
+use super::window::{LogReading, Placed, StepReadings, huber};
 use super::{MAX_SEGMENTS, MAX_WINDOW};
 use crate::checksum::Digest;
 use crate::geometry::Point;
@@ -41,8 +41,10 @@ const DISTANCE_ERROR: f32 = 0.02;
 /// Share of the gain that a candidate must make alone; the other segments add little by
 /// giving way to it.
 const LEAST_SHARE: f32 = 0.3;
-/// Iterations of the joint fit with the new segment.
-const JOINT_ITERATIONS: u8 = 6;
+/// Iterations of the fit of each of the best candidates alone.
+const ALONE_ITERATIONS: u8 = 3;
+/// Of the window's steps every second one ranks the candidates, the newest first: parallax stays.
+const RANK_STRIDE: usize = 2;
 
 /// A birth over several steps.
 #[derive(Clone, Debug)]
@@ -128,7 +130,7 @@ impl<'f> SegmentFit<'f> {
         match birth.stage {
             Stage::Rank if has_room(segments) => {
                 if let Some((placed, missing)) = self.unexplained(segments) {
-                    let readings = self.explained(segments);
+                    let readings = self.explained(segments, RANK_STRIDE);
                     let ranked = self.rank(&readings, &placed, missing);
                     birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
                     birth.stage = Stage::Fit;
@@ -137,7 +139,7 @@ impl<'f> SegmentFit<'f> {
             }
             Stage::Rank => None,
             Stage::Fit => {
-                let readings = self.explained(segments);
+                let readings = self.explained(segments, 1);
                 let mut best: Option<(f32, Wall)> = None;
                 for wall in &birth.candidates {
                     let mut new = [WallSegment::new(birth.next_id, *wall)];
@@ -171,20 +173,28 @@ impl<'f> SegmentFit<'f> {
         }
     }
 
-    /// The readings of the window with what the segments return there.
+    /// The readings of every so many steps of the window, with what the segments return
+    /// there.
     #[inline(never)]
-    fn explained(&self, segments: &[WallSegment]) -> Readings<'f> {
+    fn explained(&self, segments: &[WallSegment], stride: usize) -> Readings<'f> {
         let parameters = &self.model.parameters;
         let mut readings = Vec::new();
-        for (placed, measured) in self.readings() {
-            let signal = self.model.law.signal(&seen(&placed, segments, None));
-            let residual = measured.residual(signal, parameters);
-            let _ = readings.push(Explained {
-                placed,
-                measured,
-                signal,
-                cost: huber(residual, parameters.huber).0,
-            });
+        let rows: &'f [StepReadings] = self.rows;
+        for row in rows.iter().rev().step_by(stride) {
+            for (mount, measured) in self.model.mounts.iter().zip(&row.measured) {
+                if measured.inverse_sigma <= 0.0 {
+                    continue;
+                }
+                let placed = row.place(mount);
+                let signal = self.model.law.signal(&seen(&placed, segments, None));
+                let residual = measured.residual(signal, parameters);
+                let _ = readings.push(Explained {
+                    placed,
+                    measured,
+                    signal,
+                    cost: huber(residual, parameters.huber).0,
+                });
+            }
         }
         readings
     }
@@ -300,8 +310,7 @@ impl<'f> SegmentFit<'f> {
         new: &mut [WallSegment; 1],
         system: &mut System,
     ) -> f32 {
-        let iterations = self.model.parameters.birth_iterations;
-        self.descend(new, iterations, system, &mut |new, system| {
+        self.descend(new, ALONE_ITERATIONS, system, &mut |new, system| {
             new.first().map_or(0.0, |new| {
                 self.assemble_alone(readings, others, new, system)
             })
@@ -354,12 +363,13 @@ impl<'f> SegmentFit<'f> {
         segments: &mut WallSegments,
         system: &mut System,
     ) -> Option<Option<WallSegment>> {
+        let parameters = &self.model.parameters;
         let before = self.cost(segments);
         let mut with = segments.clone();
         let evicted = make_room(&mut with);
         with.push(WallSegment::new(id, *wall)).ok()?;
-        let after = self.refine(&mut with, JOINT_ITERATIONS, system);
-        (before - after > self.model.parameters.birth_gain).then(|| {
+        let after = self.refine(&mut with, parameters.birth_iterations, system);
+        (before - after > parameters.birth_gain).then(|| {
             *segments = with;
             evicted
         })

@@ -45,7 +45,7 @@
 //! **Time.** All loops are bounded by the constants here and by [`SegmentParameters`].
 //! The unit is a wall in an evaluation of the law; with R = 40 readings and S = 6 segments
 //! a step takes at most 8 S^2 (fold) + 7 R S (fit) + R S^2 (drop) and the most of 9 R S
-//! (merge), 84 (R + 4) + R S + 24 S (rank), 40 R S (fit alone) and 14 R S (join); the test
+//! (merge), 84 (R + 4) + R S + 24 S (rank), 22 R S (fit alone) and 14 R S (join); the test
 //! `a_step_evaluates_the_law_no_more_often_than_its_stages_allow` counts them. Walls
 //! beyond the lobe cost a rotation and two comparisons.
 

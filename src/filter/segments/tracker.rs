@@ -182,7 +182,10 @@ impl SegmentTracker {
             rows: &self.window,
         };
         let mut system = System::new();
-        let _ = fit.refine(&mut self.segments, model.parameters.iterations, &mut system);
+        // A birth that joins brings a fit of all segments with it.
+        let most = if self.birth.is_joining() { 1 } else { u8::MAX };
+        let iterations = model.parameters.iterations.min(most);
+        let _ = fit.refine(&mut self.segments, iterations, &mut system);
         set_covariances(&mut self.segments, &system);
         cut_at_hull(&model.parameters, &mut self.segments);
         let upkeep_steps = u16::from(model.parameters.upkeep_steps.max(1));
