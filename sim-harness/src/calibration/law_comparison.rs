@@ -26,7 +26,7 @@ pub struct LawComparison {
 
 /// Which law explains a table better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum LawVerdict {
     /// One of the two.
     Better(LawKind),
     /// The table does not decide.
@@ -86,21 +86,21 @@ impl LawComparison {
     /// One that can be fitted, if the other cannot. Else the one with the smaller AIC, if
     /// AIC differs by at least 10 and the residuals' RMS by at least 5 %.
     #[must_use]
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> LawVerdict {
         let (point, wall) = match (&self.point, &self.wall) {
             (Ok(point), Ok(wall)) => (point, wall),
-            (Ok(_), Err(_)) => return Verdict::Better(LawKind::Point),
-            (Err(_), _) => return Verdict::Better(LawKind::Wall),
+            (Ok(_), Err(_)) => return LawVerdict::Better(LawKind::Point),
+            (Err(_), _) => return LawVerdict::Better(LawKind::Wall),
         };
         let ratio = rounded_rms_counts(point) / rounded_rms_counts(wall);
         match self.aic_difference() {
             Some(by) if by >= DECISIVE_AIC && ratio >= DECISIVE_RATIO => {
-                Verdict::Better(LawKind::Wall)
+                LawVerdict::Better(LawKind::Wall)
             }
             Some(by) if by <= -DECISIVE_AIC && ratio <= 1.0 / DECISIVE_RATIO => {
-                Verdict::Better(LawKind::Point)
+                LawVerdict::Better(LawKind::Point)
             }
-            _ => Verdict::Undecided,
+            _ => LawVerdict::Undecided,
         }
     }
 
@@ -110,8 +110,8 @@ impl LawComparison {
     /// The error of that law, which [`LawComparison::of`] excludes.
     pub fn better(&self) -> Result<&Fit, &FitError> {
         match self.verdict() {
-            Verdict::Better(LawKind::Wall) => self.wall.as_ref(),
-            Verdict::Better(LawKind::Point) | Verdict::Undecided => self.point.as_ref(),
+            LawVerdict::Better(LawKind::Wall) => self.wall.as_ref(),
+            LawVerdict::Better(LawKind::Point) | LawVerdict::Undecided => self.point.as_ref(),
         }
     }
 
@@ -126,9 +126,9 @@ impl LawComparison {
             (_, Err(error)) => return format!("only the point law can be fitted: {error}"),
         };
         let (better, worse) = match self.verdict() {
-            Verdict::Better(LawKind::Point) => (point, wall),
-            Verdict::Better(LawKind::Wall) => (wall, point),
-            Verdict::Undecided => {
+            LawVerdict::Better(LawKind::Point) => (point, wall),
+            LawVerdict::Better(LawKind::Wall) => (wall, point),
+            LawVerdict::Undecided => {
                 return format!(
                     "the table does not decide between the laws: residual {:.2} counts under \
                      the point law, {:.2} under that of extended surfaces",

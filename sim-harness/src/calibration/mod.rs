@@ -26,6 +26,6 @@ pub use fit::{FitError, fit, fit_law};
 pub use fixed::{Fixed, FixedError};
 pub use gain_file::{GainFile, GainFileError};
 pub use law::{Law, LawKind};
-pub use law_comparison::{LawComparison, Verdict};
+pub use law_comparison::{LawComparison, LawVerdict};
 pub use parameter::Parameter;
 pub use table::{CalibrationPoint, Table, TableError, TableProblem};

@@ -8,7 +8,7 @@ use amiro_ipf::model::{Photometry, SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Input};
 use amiro_ipf::random::{Generator, standard_normal_pair};
 use sim_harness::calibration::{
-    Fit, Fixed, LawComparison, LawKind, Origin, Parameter, Table, Verdict, fit, fit_law,
+    Fit, Fixed, LawComparison, LawKind, LawVerdict, Origin, Parameter, Table, fit, fit_law,
 };
 use sim_harness::run;
 use sim_harness::sensors::WallLaw;
@@ -321,7 +321,7 @@ fn the_law_that_made_a_table_explains_it_better() {
             let both = LawComparison::of(&wall, &fixed).unwrap();
             assert_eq!(
                 both.verdict(),
-                Verdict::Better(LawKind::Wall),
+                LawVerdict::Better(LawKind::Wall),
                 "seed {seed}: {both}"
             );
             assert_eq!(both.better().unwrap().law, LawKind::Wall);
@@ -329,7 +329,7 @@ fn the_law_that_made_a_table_explains_it_better() {
             let both = LawComparison::of(&point, &fixed).unwrap();
             assert_eq!(
                 both.verdict(),
-                Verdict::Better(LawKind::Point),
+                LawVerdict::Better(LawKind::Point),
                 "seed {seed}: {both}"
             );
             let said = both.to_string();
@@ -364,7 +364,7 @@ fn perpendicular_readings_do_not_decide_between_the_laws() {
     for seed in 1..=3 {
         let table = table_of_a_wall(&Photometry::VCNL4020, &[0.0], seed);
         let both = LawComparison::of(&table, &Fixed::default()).unwrap();
-        assert_eq!(both.verdict(), Verdict::Undecided, "{both}");
+        assert_eq!(both.verdict(), LawVerdict::Undecided, "{both}");
         assert!(both.aic_difference().unwrap().abs() < 1e-6, "{both}");
         let [point, wall] = [both.point.clone().unwrap(), both.wall.clone().unwrap()]
             .map(|fit| fit.value(Parameter::Alpha));
@@ -386,5 +386,5 @@ fn readings_without_noise_decide_by_the_rounding_of_counts() {
     // One bearing off the axis would be explained by xi under either law.
     let angles = [-70.0, 0.0, 40.0];
     let both = LawComparison::of(&table_of_a_wall(&exact, &angles, 1), &Fixed::default());
-    assert_eq!(both.unwrap().verdict(), Verdict::Better(LawKind::Wall));
+    assert_eq!(both.unwrap().verdict(), LawVerdict::Better(LawKind::Wall));
 }

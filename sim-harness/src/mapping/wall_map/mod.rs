@@ -39,6 +39,7 @@
 
 mod births;
 mod draw;
+mod gain_statistics;
 mod parameters;
 mod readings;
 mod refine;
