@@ -300,3 +300,157 @@ fn largest_quality(model: &Model, normal: Point) -> f32 {
 fn dot(a: Point, b: Point) -> f32 {
     a.x * b.x + a.y * b.y
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::FilterParameters;
+    use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
+    use crate::random::Generator;
+
+    /// 0.1 m on the axis by the point law.
+    const TENTH: Sample = Sample::Counts(78);
+    /// Nothing in range.
+    const DARK: Sample = Sample::Counts(-16);
+    const SENSOR: usize = 3;
+
+    fn model() -> Model {
+        Model::new(
+            FilterParameters::WALL,
+            Photometry::VCNL4020,
+            &Ring::AMIRO,
+            DifferentialDrive::AMIRO,
+        )
+    }
+
+    /// One sensor's reading, and a wall in that sensor's frame which it claims.
+    fn scan(model: &Model, sample: Sample, wall: Option<[Point; 2]>) -> WallScan<'_> {
+        let samples: [Sample; SENSORS] = core::array::from_fn(|sensor| {
+            if sensor == SENSOR {
+                sample
+            } else {
+                Sample::Missing
+            }
+        });
+        let parameters = model.walls.unwrap();
+        let mut walls = Vec::new();
+        if let Some(ends) = wall {
+            let segment = SeenSegment {
+                ends: ends.map(|end| model.mounts[SENSOR].body_from_sensor(end)),
+                sensors: SensorMask::NONE.with(SENSOR),
+            };
+            walls
+                .push(SeenWall::of(model, parameters, &segment).unwrap())
+                .unwrap();
+        }
+        WallScan {
+            model,
+            parameters,
+            scan: Scan::new(model, &samples.map(|sample| model.photometry.read(sample))),
+            walls,
+            least_cosine: math::sin_cos(parameters.side_bearing_rad).1,
+        }
+    }
+
+    fn weigh(scan: &WallScan, x: f32, y: f32) -> Evaluation {
+        let mount = &scan.model.mounts[SENSOR];
+        scan.weigh(mount.body_from_sensor(Point::new(x, y)))
+    }
+
+    /// Across the axis, 60 mm from the sensor, 40 mm long.
+    const SHORT: [Point; 2] = [Point { x: 0.06, y: -0.02 }, Point { x: 0.06, y: 0.02 }];
+
+    #[test]
+    fn a_place_on_a_claimed_segment_is_supported() {
+        let model = model();
+        let scan = scan(&model, TENTH, Some(SHORT));
+        for y in [-0.015, 0.0, 0.015] {
+            assert!(weigh(&scan, 0.06, y).weight > 0.999, "{y}");
+        }
+        // Three standard deviations before it: exp(-4.5).
+        let off = 3.0 * math::sqrt(scan.walls[0].variance);
+        let weight = weigh(&scan, 0.06 - 0.999 * off, 0.0).weight;
+        assert!((weight - 0.0111).abs() < 1e-3, "{weight}");
+    }
+
+    #[test]
+    fn nothing_is_supported_beyond_an_end_and_nothing_refuted_near_it() {
+        let model = model();
+        let scan = scan(&model, DARK, Some(SHORT));
+        for (beyond, is_supported, is_refuted) in [
+            (0.002, true, false),
+            (0.004, false, false),
+            (0.014, false, false),
+            (0.016, false, true),
+        ] {
+            for side in [-1.0, 1.0] {
+                let found = weigh(&scan, 0.06, side * (0.02 + beyond));
+                assert!(found.in_view, "{beyond}");
+                assert_eq!(found.weight > 0.0, is_supported, "{beyond} {side}");
+                assert_eq!(found.seen_past, is_refuted, "{beyond} {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reading_without_a_segment_supports_nothing_and_is_an_upper_bound() {
+        let model = model();
+        let scan = scan(&model, TENTH, None);
+        let arc = scan.scan.beam(SENSOR).unwrap().echo.range_m;
+        let kappa = scan.parameters.surface_kappa;
+        for (share, is_refuted) in [(kappa - 0.01, true), (kappa + 0.01, false), (1.0, false)] {
+            let found = weigh(&scan, share * arc, 0.0);
+            assert_eq!(found.seen_past, is_refuted, "{share}");
+            assert!(found.weight <= 0.0, "{share}");
+        }
+        // 20 mm from the sensor, and far from its axis.
+        for (bearing_deg, is_refuted) in [(39.0_f32, true), (41.0, false)] {
+            let (sine, cosine) = math::sin_cos(bearing_deg.to_radians());
+            let found = weigh(&scan, 0.02 * cosine, 0.02 * sine);
+            assert!(found.in_view);
+            assert_eq!(found.seen_past, is_refuted, "{bearing_deg}");
+        }
+    }
+
+    #[test]
+    fn the_explorers_share_searches_the_lobe_and_the_others_the_segment() {
+        let model = model();
+        // The segment is behind the arc, which no explorer crosses.
+        let wall = [Point::new(0.15, -0.05), Point::new(0.15, 0.05)];
+        let scan = scan(&model, TENTH, Some(wall));
+        for seed in 1..=3 {
+            let mut rng = Generator::seeded(seed);
+            let mut on_wall = 0.0;
+            for _ in 0..4000 {
+                let place = scan.draw(&mut rng).unwrap();
+                let seen = model.mounts[SENSOR].sensor_from_body(place);
+                if seen.x > 0.12 {
+                    on_wall += 1.0;
+                    assert!((seen.x - 0.15).abs() < 0.02, "{seen:?}");
+                    assert!(seen.y.abs() < 0.06, "{seen:?}");
+                }
+            }
+            // sigma = sqrt(0.4 * 0.6 / 4000) = 0.008; 4 sigma.
+            let share = 1.0 - on_wall / 4000.0;
+            let off = (share - scan.parameters.explorers).abs();
+            assert!(off < 0.031, "seed {seed}: {share}");
+        }
+    }
+
+    #[test]
+    fn epochs_count_travel_and_one_survival_never_opens_the_gate() {
+        let model = model();
+        let scan = scan(&model, TENTH, None);
+        let gate = model.parameters.gate;
+        for (travel_m, epochs) in [
+            (0.0, 1),
+            (0.004, 1),
+            (0.01, 1),
+            (0.03, 3),
+            (0.05, gate - 1),
+            (0.3, gate - 1),
+        ] {
+            assert_eq!(scan.epochs(travel_m), epochs, "{travel_m}");
+        }
+    }
+}

@@ -204,3 +204,15 @@ fn the_same_steps_give_the_same_bits() {
     let first = track(&model, &walls, &poses).1;
     assert_eq!(first, track(&model, &walls, &poses).1);
 }
+
+#[test]
+fn the_window_ends_after_five_steps_or_four_stations() {
+    let model = SegmentModel::new(SegmentParameters::STEPS, &SENSOR, &Ring::AMIRO);
+    for (step_m, rows) in [(0.01, 5), (0.03, 5), (0.05, 4), (0.2, 1)] {
+        let poses: std::vec::Vec<Pose> = (0..10)
+            .map(|step| Pose::new(step_m * step as f32, 0.0, 0.0))
+            .collect();
+        let (tracker, _) = track(&model, &[], &poses);
+        assert_eq!(tracker.rows().len(), rows, "{step_m}");
+    }
+}
