@@ -121,7 +121,12 @@ impl Method {
     pub const SEGMENTS: Self = Self {
         fits_signals: true,
         ..Self::new("segments", SEGMENTS, |s| {
-            let parameters = SegmentParameters::STEPS;
+            // Three stations of 50 mm, not the filter's four: 2.0 false cells per recorded
+            // series, not 4.5. Drives with steps of 10 mm give the same map.
+            let parameters = SegmentParameters {
+                window_m: 0.125,
+                ..SegmentParameters::STEPS
+            };
             Box::new(SegmentMapper::new(
                 s,
                 parameters,
