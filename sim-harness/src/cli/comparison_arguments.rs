@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::RunError;
-use sim_harness::calibration::GainFile;
 use sim_harness::evaluation::{ComparisonError, MethodComparison, block_gain, chosen_scenarios};
 use sim_harness::mapping::Method;
 use sim_harness::world::{OdometryModel, Options, Physics};
@@ -92,9 +91,7 @@ impl ComparisonArguments {
         options.validate().map_err(|error| format!("--{error}"))?;
         let scenarios = chosen_scenarios(&self.scenario)?;
         arguments::check_drives(scenarios.len(), &self.seeds)?;
-        let file = self.gains.as_deref().map(GainFile::load).transpose();
-        let file = file.map_err(|error| format!("--gains: {error}"))?;
-        let calibration = file.map(|file| file.calibration());
+        let calibration = arguments::calibration(self.gains.as_deref())?;
         let comparison = MethodComparison {
             scenarios,
             methods: arguments::distinct(&self.methods),

@@ -12,7 +12,9 @@ use sim_harness::{console, output};
 use super::comparison_arguments::ComparisonArguments;
 use super::evaluate_recorded::Recorded;
 use super::progress::PassProgress;
-use super::{CommandResult, ExitStatus, arguments, evaluate_report, evaluate_tables};
+use super::{
+    CommandResult, ExitStatus, arguments, evaluate_pairs, evaluate_report, evaluate_tables,
+};
 
 /// Least number of seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
@@ -84,7 +86,7 @@ impl Evaluate {
         evaluate_report::world(comparison);
         evaluate_tables::scores(comparison, trials);
         evaluate_tables::together(comparison, trials);
-        evaluate_tables::paired(comparison, trials);
+        evaluate_pairs::print(comparison, trials);
         evaluate_report::verdicts("Claims of the paper", &assessment.paper);
         evaluate_report::verdicts("Thresholds", &assessment.thresholds);
         if self.compared.seeds.end - self.compared.seeds.start < ENOUGH_SEEDS {

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
-use sim_harness::calibration::GainFile;
 use sim_harness::datasets::{DriveFile, PoseSource, recognise};
-use sim_harness::drive::RingCalibration;
 use sim_harness::mapping::{FinishProgress, Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
@@ -61,7 +59,7 @@ impl MapCommand {
     pub(super) fn run(self) -> CommandResult {
         arguments::check_folder("--out", &self.out)?;
         let mut rig = Rig::load(&self.rig)?;
-        let calibration = self.calibration()?;
+        let calibration = arguments::calibration(self.gains.as_deref())?;
         if let Some(calibration) = &calibration {
             rig.set_alpha(calibration.alpha_counts_m2);
         }
@@ -130,13 +128,6 @@ impl MapCommand {
         } else {
             ExitStatus::Good
         })
-    }
-
-    /// Alpha and gains of --gains.
-    fn calibration(&self) -> Result<Option<RingCalibration>, String> {
-        let file = self.gains.as_deref().map(GainFile::load).transpose();
-        let file = file.map_err(|error| format!("--gains: {error}"))?;
-        Ok(file.map(|file| file.calibration()))
     }
 
     /// The method of this name, if records of ranges are enough for it.

@@ -8,6 +8,7 @@ mod connect;
 mod demo;
 mod differences;
 mod evaluate;
+mod evaluate_pairs;
 mod evaluate_recorded;
 mod evaluate_report;
 mod evaluate_tables;

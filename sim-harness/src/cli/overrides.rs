@@ -6,7 +6,6 @@ use amiro_ipf::filter::{ParameterError, Profile};
 use amiro_ipf::model::{SENSORS, SensorMask};
 use amiro_ipf::node::{Config, StepRule};
 use clap::{Args, ValueEnum};
-use sim_harness::calibration::GainFile;
 
 use super::arguments;
 
@@ -97,9 +96,8 @@ impl Overrides {
         config.seed = self.seed.unwrap_or(config.seed);
         config.particles_per_sensor = self.particles.unwrap_or(config.particles_per_sensor);
         config.photometry.x_max_m = self.x_max.unwrap_or(config.photometry.x_max_m);
-        if let Some(path) = &self.gains {
-            let file = GainFile::load(path).map_err(|error| format!("--gains: {error}"))?;
-            file.calibration().apply(&mut config);
+        if let Some(calibration) = arguments::calibration(self.gains.as_deref())? {
+            calibration.apply(&mut config);
         }
         config.photometry.alpha_counts_m2 = self.alpha.unwrap_or(config.photometry.alpha_counts_m2);
         let masked = self.mask.iter().fold(SensorMask::NONE, |mask, &sensor| {
