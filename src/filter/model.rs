@@ -17,7 +17,8 @@ pub struct Model {
     pub(crate) mounts: [Mount; SENSORS],
     pub(crate) beam_pattern: BeamPattern,
     pub(crate) visibility: Visibility,
-    /// For a filter over wall segments; the tables of its law are in the set.
+    /// For a filter that takes readings as upper bounds, over wall segments or without
+    /// them; the tables of the segments' law are in the set.
     pub(crate) walls: Option<&'static WallParameters>,
 }
 
@@ -38,8 +39,11 @@ impl Model {
             drive,
             mounts,
             visibility: Visibility::of(&mounts, &beam_pattern),
-            walls: (parameters.survival == SurvivalRule::BernoulliOnWalls)
-                .then_some(&WallParameters::WALL),
+            walls: match parameters.survival {
+                SurvivalRule::BernoulliOnWalls => Some(&WallParameters::WALL),
+                SurvivalRule::BernoulliOnArcs => Some(&WallParameters::ARCS),
+                SurvivalRule::Systematic | SurvivalRule::Bernoulli => None,
+            },
             beam_pattern,
         }
     }
@@ -50,10 +54,16 @@ impl Model {
         &self.photometry
     }
 
-    /// Whether the particles are weighed against wall segments (the profile `wall`).
+    /// Whether readings are upper bounds of the range (the profiles `wall` and `arcs`).
     #[must_use]
-    pub fn has_walls(&self) -> bool {
+    pub fn has_upper_bounds(&self) -> bool {
         self.walls.is_some()
+    }
+
+    /// Whether wall segments are tracked (the profile `wall`).
+    #[must_use]
+    pub fn has_segments(&self) -> bool {
+        self.walls.is_some_and(|walls| walls.segments.is_some())
     }
 
     /// Whether a position of the body frame lies outside the local radius.

@@ -13,6 +13,9 @@ pub enum Profile {
     Plus,
     /// For surfaces that fill the lobes: particles weighed against tracked wall segments.
     Wall,
+    /// The same rules without segments: a surface lies on the arc of a single reading or
+    /// before it.
+    Arcs,
 }
 
 impl Profile {
@@ -23,6 +26,7 @@ impl Profile {
             Self::Paper => FilterParameters::PAPER,
             Self::Plus => FilterParameters::PLUS,
             Self::Wall => FilterParameters::WALL,
+            Self::Arcs => FilterParameters::ARCS,
         }
     }
 }
@@ -41,6 +45,9 @@ pub enum SurvivalRule {
     /// of the last steps ([`WallParameters`](super::WallParameters)), and a gate in
     /// travel: one step per 10 mm.
     BernoulliOnWalls,
+    /// The same without a tracker: weights from the arcs of the single readings, which are
+    /// upper bounds of the range ([`WallParameters::ARCS`](super::WallParameters::ARCS)).
+    BernoulliOnArcs,
 }
 
 /// Where Algorithm 2 searches in the lobe of a sensor that has nothing in range.
@@ -126,6 +133,12 @@ impl FilterParameters {
         survival: SurvivalRule::BernoulliOnWalls,
         ..Self::PLUS
     };
+
+    /// The profile `arcs`: the same gate.
+    pub const ARCS: Self = Self {
+        survival: SurvivalRule::BernoulliOnArcs,
+        ..Self::PLUS
+    };
 }
 
 impl Default for FilterParameters {
@@ -205,7 +218,7 @@ mod tests {
 
     #[test]
     fn all_profiles_are_legal() {
-        for profile in [Profile::Paper, Profile::Plus, Profile::Wall] {
+        for profile in [Profile::Paper, Profile::Plus, Profile::Wall, Profile::Arcs] {
             assert_eq!(profile.parameters().validate(), Ok(()));
         }
     }

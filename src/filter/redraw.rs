@@ -34,7 +34,7 @@ fn draw(model: &Model, scan: &Scan, rng: &mut impl Rng) -> Option<Point> {
 impl Beam {
     /// A range on the axis: normal about the reading, or the search of an empty lobe.
     #[inline]
-    fn draw_range_on_axis(&self, model: &Model, rng: &mut impl Rng) -> f32 {
+    pub(super) fn draw_range_on_axis(&self, model: &Model, rng: &mut impl Rng) -> f32 {
         let echo = self.echo;
         let range_m = if self.surface || model.parameters.nothing_draw == NothingDraw::AtLimit {
             echo.range_m + echo.sigma_m * standard_normal_pair(rng).0

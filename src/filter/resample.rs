@@ -41,7 +41,9 @@ impl<'a> Resampler<'a> {
     pub(super) fn new(parameters: &'a FilterParameters, tally: &Tally, rng: &mut impl Rng) -> Self {
         let total = u64::from(tally.weight_sum);
         let rule = match parameters.survival {
-            SurvivalRule::Bernoulli | SurvivalRule::BernoulliOnWalls => Rule::Bernoulli,
+            SurvivalRule::Bernoulli
+            | SurvivalRule::BernoulliOnWalls
+            | SurvivalRule::BernoulliOnArcs => Rule::Bernoulli,
             SurvivalRule::Systematic => Rule::Systematic {
                 cumulative: 0,
                 pointer: (u64::from(rng.next_u32()) * total) >> 32,

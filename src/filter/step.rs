@@ -5,7 +5,7 @@ use super::resample::Resampler;
 use super::tally::Tally;
 use super::wall_scan::WallScan;
 use super::{
-    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentTracker, WallParameters, WallSegment,
+    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentParameters, SegmentTracker, WallSegment,
 };
 use crate::checksum::Digest;
 use crate::geometry::{Motion, Point};
@@ -105,14 +105,14 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         samples: &[Sample; SENSORS],
         retired: &mut impl FnMut(&WallSegment),
     ) {
-        if let Some(walls) = model.walls {
+        if let Some(parameters) = model.walls.and_then(|walls| walls.segments) {
             let ParticleSet {
                 tracker,
                 segment_model,
                 ..
             } = &mut *self.particles;
             if segment_model.is_none() {
-                prepare(segment_model, walls, model);
+                prepare(segment_model, parameters, model);
             }
             let Some(segments) = segment_model else {
                 return;
@@ -175,8 +175,8 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         tally
     }
 
-    /// The step of the profile `wall`: as [`step`](Self::step) with the weights and draws
-    /// of the wall segments, and a gate in travel.
+    /// The step of the profiles `wall` and `arcs`: as [`step`](Self::step) with weights and
+    /// draws by upper bounds, against wall segments if there are any, and a gate in travel.
     ///
     /// Nothing happens with the model of another profile. A function of its own: the
     /// other profiles keep their code and its speed.
@@ -225,8 +225,8 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
 
 /// Makes what the tracker needs, apart from the step: it takes 3 kB of stack.
 #[inline(never)]
-fn prepare(segments: &mut Option<SegmentModel>, walls: &WallParameters, model: &Model) {
-    let made = SegmentModel::of_mounts(walls.segments, &model.photometry, &model.mounts);
+fn prepare(segments: &mut Option<SegmentModel>, parameters: SegmentParameters, model: &Model) {
+    let made = SegmentModel::of_mounts(parameters, &model.photometry, &model.mounts);
     *segments = Some(made);
 }
 

@@ -1,18 +1,20 @@
-//! The choices of the profile `wall`.
+//! The choices of the profiles `wall` and `arcs`.
 
 use serde::{Deserialize, Serialize};
 
 use super::SegmentParameters;
 
-/// Parameters of the filter over tracked wall segments (the profile `wall`).
+/// Parameters of the filter that takes readings as upper bounds: over tracked wall
+/// segments (the profile `wall`), or without them (`arcs`).
 ///
 /// A sensor is *claimed* if the segments explain its reading; a segment is *seen* if it
 /// makes enough of a claimed reading and has enough evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WallParameters {
-    /// Parameters of the tracker.
-    pub segments: SegmentParameters,
+    /// Parameters of the tracker. Without one a surface is on the arc of a reading, as in
+    /// `plus`, and what concerns claims and segments means nothing.
+    pub segments: Option<SegmentParameters>,
     /// Largest deviation of a claimed reading from the law, standard deviations.
     pub claim_sigmas: f32,
     /// Relative standard deviation of a reading in that test.
@@ -53,7 +55,7 @@ pub struct WallParameters {
 impl WallParameters {
     /// The profile `wall`.
     pub const WALL: Self = Self {
-        segments: SegmentParameters::STEPS,
+        segments: Some(SegmentParameters::STEPS),
         claim_sigmas: 3.0,
         claim_relative_sigma: 0.1,
         least_share: 0.3,
@@ -68,6 +70,14 @@ impl WallParameters {
         side_bearing_rad: 40.0 * core::f32::consts::PI / 180.0,
         explorers: 0.4,
         travel_per_epoch_m: 0.010,
+    };
+
+    /// The profile `arcs`: the four constants of upper bounds alone, kappa, the bearing,
+    /// the explorers and the gate of travel.
+    pub const ARCS: Self = Self {
+        segments: None,
+        surface_kappa: 0.75,
+        ..Self::WALL
     };
 }
 

@@ -1,4 +1,5 @@
-//! Weighing and drawing against tracked wall segments (the profile `wall`).
+//! Weighing and drawing by upper bounds, against tracked wall segments (the profile
+//! `wall`) or without them (`arcs`).
 //!
 //! A particle at p is supported by a seen segment with normal n and distance h from the
 //! robot's centre if it lies between its ends and in the lobe of a sensor that claims it:
@@ -14,7 +15,8 @@
 //! Beside a segment, and a little beyond its ends, nothing is refuted. Elsewhere a sensor
 //! sees past a place only well inside its arc, r < kappa x, and near its axis: the counts
 //! give an upper bound of the range to a surface that does not fill the lobe. A reading
-//! that no segment explains supports nothing.
+//! that no segment explains supports nothing. Without a tracker each surface supports the
+//! places on its arc, as in [`Scan::weigh`].
 
 use heapless::Vec;
 use rand_core::Rng;
@@ -122,6 +124,7 @@ impl<'m> WallScan<'m> {
         let parameters = &model.parameters;
         let model_variance = parameters.model_error_m * parameters.model_error_m;
         let margin_squared = parameters.side_margin * parameters.side_margin;
+        let is_on_arcs = self.parameters.segments.is_none();
         let mut unsupported = 1.0;
         let mut veto = 1.0;
         let mut in_view = false;
@@ -141,9 +144,6 @@ impl<'m> WallScan<'m> {
             if let Some((wall, support)) = supporting {
                 unsupported *= 1.0 - support * wall.quality(beam, place, range, lobe);
             }
-            if is_beside || cosine < self.least_cosine {
-                continue;
-            }
             let kappa = if beam.surface {
                 self.parameters.surface_kappa
             } else {
@@ -153,7 +153,12 @@ impl<'m> WallScan<'m> {
             let sigma = beam.echo.sigma_m * lobe;
             let short = arc - range;
             let variance = sigma * sigma + model_variance;
-            if range < kappa * arc && short * short > margin_squared * variance {
+            let squared = short * short;
+            if is_on_arcs && beam.surface && squared < FAR_SQUARED * variance {
+                unsupported *= 1.0 - math::exp_of_minus(squared / (2.0 * variance));
+            }
+            let may_refute = !is_beside && cosine >= self.least_cosine;
+            if may_refute && range < kappa * arc && squared > margin_squared * variance {
                 seen_past = true;
                 veto *= parameters.veto;
             }
@@ -169,19 +174,28 @@ impl<'m> WallScan<'m> {
     ///
     /// The sensor is uniform. For one that a segment explains, the position is on the
     /// segment, its bearing uniform between the ends, with the sensor's noise across it,
-    /// but for the explorers. These are uniform over the area up to the reading's arc.
+    /// but for the explorers. These are uniform over the area up to the reading's arc. Without
+    /// a tracker the others are on the arc, as in Algorithm 2.
     pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<Point> {
         let model = self.model;
         let beams = self.scan.usable();
         let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
+        let is_on_arcs = self.parameters.segments.is_none();
         if beam.surface
+            && !is_on_arcs
             && let Some(place) = self.draw_on_wall(beam, rng)
         {
             return Some(place);
         }
+        let explores = !is_on_arcs || !beam.surface || uniform(rng) < self.parameters.explorers;
         let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
         let (sine, cosine) = math::sin_cos(bearing);
-        let range = beam.echo.range_m * math::sqrt(uniform(rng)) * model.beam_pattern.at(cosine);
+        let on_axis = if explores {
+            beam.echo.range_m * math::sqrt(uniform(rng))
+        } else {
+            beam.draw_range_on_axis(model, rng)
+        };
+        let range = on_axis * model.beam_pattern.at(cosine);
         let in_sensor = Point::new(range * cosine, range * sine);
         Some(beam.mount.body_from_sensor(in_sensor))
     }
@@ -410,6 +424,60 @@ mod tests {
             assert!(found.in_view);
             assert_eq!(found.seen_past, is_refuted, "{bearing_deg}");
         }
+    }
+
+    fn arcs() -> Model {
+        Model::new(
+            FilterParameters::ARCS,
+            Photometry::VCNL4020,
+            &Ring::AMIRO,
+            DifferentialDrive::AMIRO,
+        )
+    }
+
+    #[test]
+    fn without_a_tracker_the_arc_supports_and_is_an_upper_bound() {
+        let model = arcs();
+        let scan = scan(&model, TENTH, None);
+        let arc = scan.scan.beam(SENSOR).unwrap().echo.range_m;
+        let kappa = scan.parameters.surface_kappa;
+        for (range, is_supported, is_refuted) in [
+            (arc, true, false),
+            (arc - 0.012, true, false),
+            ((kappa + 0.01) * arc, true, false),
+            ((kappa - 0.01) * arc, false, true),
+        ] {
+            let found = weigh(&scan, range, 0.0);
+            let as_plus = scan.scan.weigh(&model, {
+                let mount = &model.mounts[SENSOR];
+                mount.body_from_sensor(Point::new(range, 0.0))
+            });
+            assert_eq!(found.seen_past, is_refuted, "{range}");
+            assert_eq!(found.weight > 0.002, is_supported, "{range}");
+            // The support is that of `plus`; only the veto differs.
+            if !as_plus.seen_past {
+                assert!((found.weight - as_plus.weight).abs() < 1e-6, "{range}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_tracker_the_explorers_share_lies_before_the_arc() {
+        let model = arcs();
+        let scan = scan(&model, TENTH, None);
+        let beam = scan.scan.beam(SENSOR).unwrap();
+        let mut rng = Generator::seeded(1);
+        let mut near = 0.0;
+        for _ in 0..4000 {
+            let place = scan.draw(&mut rng).unwrap();
+            let seen = model.mounts[SENSOR].sensor_from_body(place);
+            let range = seen.norm();
+            let lobe = model.beam_pattern.at(seen.x / range);
+            // Half of the explorers are nearer than 0.707 of the arc; no draw on it is.
+            near += f32::from(u8::from(range < 0.707 * beam.echo.range_m * lobe));
+        }
+        let off = (near / 4000.0 - 0.5 * scan.parameters.explorers).abs();
+        assert!(off < 0.026, "{off}");
     }
 
     #[test]

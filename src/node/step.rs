@@ -11,7 +11,7 @@ impl<const N: usize> Node<'_, N> {
     /// Not inlined into the image's task, which would cost 0.3 million instructions per step.
     #[inline(never)]
     pub(super) fn step(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
-        if self.model.has_walls() {
+        if self.model.has_upper_bounds() {
             return self.step_on_walls(step, emit);
         }
         let index = self.status.steps;
@@ -28,13 +28,15 @@ impl<const N: usize> Node<'_, N> {
         self.end_step(index, &tally);
     }
 
-    /// The same with the profile `wall`.
+    /// The same with the profiles `wall` and `arcs`.
     #[inline(never)]
     fn step_on_walls(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let index = self.status.steps;
         let readings = self.config.readings(&step.samples);
         emit(&step_begun(index, step));
-        self.track_walls(index, step, emit);
+        if self.model.has_segments() {
+            self.track_walls(index, step, emit);
+        }
         let mut batch = Batch::new(index, emit);
         let mut report = |position, outcome| batch.push(position, outcome);
         let tally = self

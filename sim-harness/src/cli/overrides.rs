@@ -18,6 +18,8 @@ pub(super) enum ProfileName {
     Plus,
     /// Particles weighed against tracked wall segments, for real walls.
     Wall,
+    /// Readings as upper bounds, without wall segments.
+    Arcs,
 }
 
 impl From<ProfileName> for Profile {
@@ -26,6 +28,7 @@ impl From<ProfileName> for Profile {
             ProfileName::Paper => Self::Paper,
             ProfileName::Plus => Self::Plus,
             ProfileName::Wall => Self::Wall,
+            ProfileName::Arcs => Self::Arcs,
         }
     }
 }

@@ -77,6 +77,11 @@ impl Method {
     pub const PAPER: Self = Self::filter("paper", PAPER, Profile::Paper);
     /// Our filter.
     pub const PLUS: Self = Self::filter("plus", OURS, Profile::Plus);
+    /// Our filter with readings as upper bounds, without wall segments.
+    pub const ARCS: Self = Self {
+        fits_signals: true,
+        ..Self::filter("arcs", OURS, Profile::Arcs)
+    };
     /// Our filter over tracked wall segments.
     pub const WALL: Self = Self {
         fits_signals: true,
@@ -140,9 +145,10 @@ impl Method {
     });
 
     /// Every method.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::PAPER,
         Self::PLUS,
+        Self::ARCS,
         Self::WALL,
         Self::ISM_STANDARD,
         Self::ISM_TUNED,

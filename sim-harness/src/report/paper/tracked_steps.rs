@@ -1,6 +1,6 @@
 //! The tracked wall segments at three steps of a drive.
 
-use amiro_ipf::filter::{Profile, SegmentModel, SegmentTracker, WallParameters, WallSegment};
+use amiro_ipf::filter::{Profile, SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::node::{Scheduled, StepInput, StepScheduler};
 
@@ -67,7 +67,7 @@ pub(super) fn draw_row(
 
 fn track(scenario: &Scenario, conditions: &Conditions) -> Vec<TrackedStep> {
     let config = scenario.config(Profile::Wall);
-    let segments = WallParameters::WALL.segments;
+    let segments = SegmentParameters::STEPS;
     let model = SegmentModel::new(segments, &config.photometry, &config.ring);
     let simulation = simulate_with(scenario, conditions.seed, &conditions.options);
     let mut scheduler = StepScheduler::default();
