@@ -4,7 +4,7 @@
 pub const CAPACITY: usize = 8000;
 
 /// Places of the send queue; one stays empty.
-pub const SEND_QUEUE: usize = 256;
+pub const SEND_QUEUE: usize = 240;
 
 /// Bytes of the receive queue: twice the window of 8 frames of 144.
 pub const RECEIVE_QUEUE: usize = 2304;

@@ -687,7 +687,7 @@ fn every_constant_of_the_document_is_the_code_s() {
     assert!(board.contains("const FAST: u32 = 2_000_000;"));
     assert!(board.contains("const SLOW: u32 = 115_200;"));
     let budget = include_str!("../../src/board/budget.rs");
-    assert!(budget.contains("const SEND_QUEUE: usize = 256;"));
+    assert!(budget.contains("const SEND_QUEUE: usize = 240;"));
     assert!(budget.contains("const RESERVE: usize = 24;"));
 }
 

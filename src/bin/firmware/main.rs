@@ -43,6 +43,8 @@ fn main() -> std::process::ExitCode {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, dispatchers = [TIM8_CC])]
 mod app {
+    use core::mem::MaybeUninit;
+
     use amiro_ipf::board::acquisition::Bus;
     use amiro_ipf::board::budget::CAPACITY;
     use amiro_ipf::board::supervision::{ProgrammingPort, Task};
@@ -65,7 +67,7 @@ mod app {
     #[local]
     struct Local {
         line: SerialLine,
-        program: Program,
+        program: &'static mut Program,
         led: Led,
         watchdog: Watchdog,
         port: Option<USART1>,
@@ -75,6 +77,7 @@ mod app {
         particles: ParticleSet<CAPACITY> = ParticleSet::new(),
         queues: Queues = Queues::new(),
         reports: Reports = Reports::new(),
+        program_place: MaybeUninit<Program> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let board = StartedBoard::start(cx.device, cx.core);
@@ -85,7 +88,10 @@ mod app {
         let clock = Microseconds::new(boot.core_hz);
         let sampler = Sampler::new(board.acquisition, clock, report);
         let ends = (reported, inbox, outbox);
-        let program = Program::start(cx.local.particles, board.boot_info, ends);
+        // Moved once: each move of 3 kB would take stack.
+        let program = Program::new(cx.local.particles, &board.boot_info, ends);
+        let program = cx.local.program_place.write(program);
+        program.start(&board.boot_info);
         let (led, port) = (board.led, board.programming_port);
         let mut watchdog = board.watchdog;
         // The first spawn of a task cannot fail.

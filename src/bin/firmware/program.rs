@@ -35,23 +35,16 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// A program that has sent its boot messages and, in normal mode, is configured for
-    /// the robot's own readings.
-    pub(crate) fn start(
+    /// A program that has sent nothing.
+    #[inline(always)]
+    pub(crate) fn new(
         particles: &'static mut ParticleSet<CAPACITY>,
-        boot_info: BootInfo,
+        boot_info: &BootInfo,
         (reported, inbox, outbox): (Reported, Inbox, Outbox),
     ) -> Self {
-        let BootInfo {
-            boot,
-            boot_id,
-            seed,
-            post_mortem,
-            supervision,
-            loader,
-        } = boot_info;
-        let mut program = Self {
-            endpoint: DeviceEndpoint::new(Node::new(particles), boot, boot_id),
+        let boot = boot_info.boot;
+        Self {
+            endpoint: DeviceEndpoint::new(Node::new(particles), boot, boot_info.boot_id),
             reported,
             inbox,
             outbox,
@@ -59,29 +52,34 @@ impl Program {
             cycles_per_us: boot.core_hz / 1_000_000,
             steps_seen: 0,
             status: BoardStatus::default(),
-            supervision,
+            supervision: boot_info.supervision,
             load: LoadGuard::new(STEP_BUDGET_US),
-            loader,
+            loader: boot_info.loader,
             heartbeats: 0,
-        };
+        }
+    }
+
+    /// Sends the boot messages and, in normal mode, configures the node for the robot's own
+    /// readings.
+    #[inline(never)]
+    pub(crate) fn start(&mut self, boot_info: &BootInfo) {
         let Self {
             endpoint, outbox, ..
-        } = &mut program;
+        } = self;
         endpoint.introduce(&mut |frame, priority| outbox.send(frame, priority));
-        if let Some(post_mortem) = post_mortem {
-            program.publish(&Message::PostMortem(post_mortem));
+        if let Some(post_mortem) = &boot_info.post_mortem {
+            self.publish(&Message::PostMortem(post_mortem.clone()));
         }
-        program.publish(&Message::Supervision(supervision));
-        if supervision.mode == Mode::Normal {
-            program.handle(&Input::Configure(Config {
-                seed,
+        self.publish(&Message::Supervision(boot_info.supervision));
+        if boot_info.supervision.mode == Mode::Normal {
+            self.handle(&Input::Configure(Config {
+                seed: boot_info.seed,
                 source: Source::Board,
                 ..Config::default()
             }));
         } else {
-            program.endpoint.enter_safe_mode();
+            self.endpoint.enter_safe_mode();
         }
-        program
     }
 
     fn publish(&mut self, message: &Message) {
