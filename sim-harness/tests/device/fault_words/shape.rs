@@ -124,6 +124,11 @@ impl<'de> Deserializer<'de> for &mut Shape {
         visitor.visit_enum(Variant { shape: self, index })
     }
 
+    /// As on the wire.
+    fn is_human_readable(&self) -> bool {
+        false
+    }
+
     forward_to_deserialize_any! {
         i8 i16 i32 i64 u8 u16 u32 u64 f64 char string byte_buf unit unit_struct
         tuple_struct map identifier ignored_any
