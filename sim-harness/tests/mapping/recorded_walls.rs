@@ -21,6 +21,8 @@ fn judged(folder: &Path) -> RecordedReport {
             Method::PAPER,
             Method::PLUS,
             Method::ISM_TUNED,
+            Method::WALL,
+            Method::SEGMENTS,
             Method::WALL_MAP,
         ],
         particles_per_sensor: 1000,
@@ -37,8 +39,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     };
     let report = judged(&folder.join("amiro"));
     assert_eq!(report.sources.len(), 6, "{report}");
-    // By five methods: recorded, and simulated under either physics.
-    assert_eq!(report.walls.len(), 6 * 3 * 5, "{report}");
+    // By six methods: recorded, and simulated under either physics.
+    assert_eq!(report.walls.len(), 6 * 3 * 6, "{report}");
     for walls in &report.walls {
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.
@@ -68,19 +70,30 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
         (0.275, 1),
     ];
     assert_eq!(found, expected, "{report}");
-    let fitted: Vec<_> = recorded()
-        .filter(|walls| walls.method == Method::WALL_MAP.name)
-        .collect();
-    let mean = |value: &dyn Fn(&&SeriesWalls) -> f64| {
-        fitted.iter().map(value).sum::<f64>() / fitted.len() as f64
+    let of = |method: Method| -> Vec<&SeriesWalls> {
+        recorded()
+            .filter(|walls| walls.method == method.name)
+            .collect()
     };
-    assert!(mean(&|walls| walls.recall_15) >= 0.97, "{report}");
-    assert!(
-        mean(&|walls| walls.mean_m.unwrap()).abs() <= 0.003,
-        "{report}"
-    );
-    assert!(mean(&|walls| walls.rms_m.unwrap()) <= 0.006, "{report}");
-    assert!(mean(&|walls| walls.false_cells as f64) <= 3.0, "{report}");
+    // Recall, mean and RMS distance in metres, false cells, all as means over the series.
+    for (method, recall, bias_m, rms_m, false_cells) in [
+        (Method::WALL, 0.95, 0.005, 0.012, 2.0),
+        (Method::SEGMENTS, 0.95, 0.004, 0.009, 4.0),
+        (Method::WALL_MAP, 0.97, 0.003, 0.006, 3.0),
+    ] {
+        let all = of(method);
+        let mean = |value: &dyn Fn(&SeriesWalls) -> f64| {
+            all.iter().map(|walls| value(walls)).sum::<f64>() / all.len() as f64
+        };
+        let name = method.name;
+        assert!(mean(&|it| it.recall_15) >= recall, "{name}: {report}");
+        let bias = mean(&|it| it.mean_m.unwrap());
+        assert!(bias.abs() <= bias_m, "{name}: {report}");
+        assert!(mean(&|it| it.rms_m.unwrap()) <= rms_m, "{name}: {report}");
+        let count = mean(&|it| it.false_cells as f64);
+        assert!(count <= false_cells, "{name}: {report}");
+    }
+    let fitted = of(Method::WALL_MAP);
     assert_eq!(report.physics.len(), 3, "{report}");
     for physics in &report.physics {
         assert_eq!(
@@ -102,7 +115,7 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     assert!(ends.iter().all(|end| end.mapped.is_some()), "{report}");
     assert!(WallEnd::rms_m(ends).unwrap() <= 0.008, "{report}");
     for walls in recorded() {
-        let has_walls = walls.method == Method::WALL_MAP.name;
+        let has_walls = [Method::WALL_MAP.name, Method::SEGMENTS.name].contains(&walls.method);
         assert_eq!(walls.end_error_m().is_some(), has_walls, "{report}");
     }
     let again = judged(&folder.join("amiro"));

@@ -1,9 +1,10 @@
 //! Frames around any bytes, and bytes that choose what happens next.
 
 use amiro_ipf::checksum::CRC;
+use amiro_ipf::link::MAX_FRAME;
 
 /// Longest payload that a frame carries.
-const LONGEST_PAYLOAD: usize = 119;
+const LONGEST_PAYLOAD: usize = MAX_FRAME - 9;
 
 /// A whole frame, its zero byte included, around a payload that need not be a message.
 ///

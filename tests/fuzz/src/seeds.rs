@@ -2,7 +2,7 @@
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::geometry::Pose;
-use amiro_ipf::link::{Encoder, Message};
+use amiro_ipf::link::{Encoder, MAX_FRAME, Message};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Input};
 
@@ -144,7 +144,7 @@ fn inputs() -> Vec<Message> {
 fn link_of(operation: u8) -> Vec<u8> {
     let mut link = Vec::new();
     for input in inputs() {
-        let mut room = [0; 128];
+        let mut room = [0; MAX_FRAME];
         if let Ok(payload) = postcard::to_slice(&input, &mut room) {
             link.push(operation);
             link.extend(piece_of(payload));

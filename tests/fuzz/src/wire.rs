@@ -47,12 +47,13 @@ fn decode_all(bytes: &[u8]) {
 
 /// Bytes are compared, not values: a configuration may hold a NaN, and is refused later.
 fn assert_is_written_one_way(frame: &Frame) {
-    let (mut once, mut twice) = ([0; 128], [0; 128]);
+    let (mut once, mut twice) = ([0; MAX_FRAME], [0; MAX_FRAME]);
     let once = postcard::to_slice(&frame.message, &mut once).unwrap();
     let bytes = frame_around(frame.boot_id, frame.sequence, once);
     assert!(bytes.len() <= MAX_FRAME);
     let mut inside = bytes[..bytes.len() - 1].to_vec();
-    let again = Frame::decode(&mut inside).unwrap();
+    let again = Frame::decode(&mut inside);
+    let again = again.unwrap_or_else(|error| panic!("{error:?}: {:?}, {once:02x?}", frame.message));
     assert_eq!(
         (again.boot_id, again.sequence),
         (frame.boot_id, frame.sequence)
