@@ -54,6 +54,7 @@ mod claims;
 mod fit;
 mod linear;
 mod parameters;
+mod rank;
 mod segment;
 mod tracker;
 mod upkeep;
