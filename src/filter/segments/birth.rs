@@ -30,7 +30,7 @@ pub(super) const FINALISTS: usize = 3;
 /// giving way to it.
 const LEAST_SHARE: f32 = 0.3;
 /// Iterations of the fit of each of the best candidates alone.
-const ALONE_ITERATIONS: u8 = 2;
+const ALONE_ITERATIONS: u8 = 3;
 /// Of the window's steps every second one ranks the candidates, the newest first: parallax stays.
 const RANK_STRIDE: usize = 2;
 

@@ -86,7 +86,7 @@ impl SegmentParameters {
         unexplained: 24.0,
         unexplained_steps: 3,
         birth_gain: 21.0,
-        birth_iterations: 4,
+        birth_iterations: 6,
         upkeep_steps: 3,
         drop_evidence: 12.0,
         freeze_evidence: 30.0,
