@@ -40,7 +40,7 @@ const PAUSE_STEPS: u8 = 4;
 /// A birth over several steps.
 #[derive(Clone, Debug)]
 pub(super) struct Birth {
-    stage: Stage,
+    stage: BirthStage,
     /// Places, in the coordinates of the segments.
     candidates: Vec<Wall, FINALISTS, u8>,
     next_id: u16,
@@ -50,7 +50,7 @@ pub(super) struct Birth {
 
 /// What is to be done in the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
+enum BirthStage {
     Rank,
     Fit,
     Join,
@@ -60,7 +60,7 @@ impl Birth {
     /// No birth runs.
     pub(super) const fn none() -> Self {
         Self {
-            stage: Stage::Rank,
+            stage: BirthStage::Rank,
             candidates: Vec::new(),
             next_id: 0,
             pause: 0,
@@ -69,12 +69,12 @@ impl Birth {
 
     /// Whether a birth runs.
     pub(super) fn is_running(&self) -> bool {
-        self.stage != Stage::Rank
+        self.stage != BirthStage::Rank
     }
 
     /// Whether the next part is the joint fit.
     pub(super) fn is_joining(&self) -> bool {
-        self.stage == Stage::Join
+        self.stage == BirthStage::Join
     }
 
     /// Moves the places. After a long motion the readings are others, and a pause ends.
@@ -90,7 +90,7 @@ impl Birth {
     /// Ends a birth without a segment.
     fn abandon(&mut self) {
         self.pause = PAUSE_STEPS;
-        self.stage = Stage::Rank;
+        self.stage = BirthStage::Rank;
         self.candidates.clear();
     }
 
@@ -125,21 +125,21 @@ impl<'f> SegmentFit<'f> {
         system: &mut System,
     ) -> Option<WallSegment> {
         match birth.stage {
-            Stage::Rank if birth.pause > 0 => {
+            BirthStage::Rank if birth.pause > 0 => {
                 birth.pause -= 1;
                 None
             }
-            Stage::Rank if has_room(segments) => {
+            BirthStage::Rank if has_room(segments) => {
                 if let Some((placed, missing)) = self.unexplained(segments) {
                     let readings = self.explained(segments, RANK_STRIDE);
                     let ranked = self.rank(&readings, &placed, missing);
                     birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
-                    birth.stage = Stage::Fit;
+                    birth.stage = BirthStage::Fit;
                 }
                 None
             }
-            Stage::Rank => None,
-            Stage::Fit => {
+            BirthStage::Rank => None,
+            BirthStage::Fit => {
                 let readings = self.explained(segments, 1);
                 let mut best: Option<(f32, Wall)> = None;
                 for wall in &birth.candidates {
@@ -156,11 +156,11 @@ impl<'f> SegmentFit<'f> {
                     && change < least
                 {
                     let _ = birth.candidates.push(wall);
-                    birth.stage = Stage::Join;
+                    birth.stage = BirthStage::Join;
                 }
                 None
             }
-            Stage::Join => {
+            BirthStage::Join => {
                 let evicted = birth
                     .candidates
                     .first()
