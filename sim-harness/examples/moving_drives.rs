@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use amiro_ipf::model::{Photometry, SENSORS, SensorMask};
 use clap::Parser;
 use serde::Serialize;
-use sim_harness::evaluation::{Number, WallRow, WallRowSettings};
+use sim_harness::evaluation::{Number, WallSideRow, WallSideSettings};
 use sim_harness::mapping::Method;
 use sim_harness::{console, log, output};
 
@@ -57,7 +57,7 @@ struct Arguments {
 struct DriveRow<'r> {
     drive: &'r str,
     #[serde(flatten)]
-    row: &'r WallRow,
+    row: &'r WallSideRow,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let masked = arguments.masked.iter().map(|sensor| usize::from(*sensor));
     let masked = masked.fold(SensorMask::NONE, SensorMask::with);
     let own = Photometry::VCNL4020;
-    let settings = WallRowSettings {
+    let settings = WallSideSettings {
         sensors: masked.complement(),
         photometry: Photometry {
             x_max_m: arguments.x_max_m,
@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "method", "leg", "side", "on the line", "share", "RMS there", "RMS all", "covered mm"
         ));
         for method in &arguments.methods {
-            for row in &WallRow::of(&recording.inputs, method, &settings)? {
+            for row in &WallSideRow::of(&recording.inputs, method, &settings)? {
                 console::print(line(row));
                 lines.push(serde_json::to_string(&DriveRow { drive: &name, row })?);
             }
@@ -101,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn line(row: &WallRow) -> String {
+fn line(row: &WallSideRow) -> String {
     let side = &row.side;
     let millimetres = |metres: Option<f64>| Number {
         value: metres.map(|metres| 1e3 * metres),

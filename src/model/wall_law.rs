@@ -33,11 +33,10 @@
 //! the nearest wall returns and hides the others. Walls that cross each other are ordered
 //! by the middle of the interval.
 
+mod endless;
 mod sight;
 
-use self::sight::{
-    BEHIND, Interval, Intervals, LEAST_DISTANCE_M, NARROW, Sight, Sights, inverse_range, split,
-};
+use self::sight::{Interval, Intervals, NARROW, Sight, Sights, inverse_range, split};
 use super::Photometry;
 use crate::geometry::Point;
 use crate::math;
@@ -198,48 +197,6 @@ impl WallLaw {
         result
     }
 
-    /// G(psi): return of an endless wall whose normal is psi off the axis, as a share of
-    /// that of one across the axis at the same distance; even in psi.
-    #[must_use]
-    pub fn endless_share(&self, normal_rad: f32) -> f32 {
-        let (sine, cosine) = math::sin_cos(normal_rad);
-        // Only what lies before the sensor: bearings within 90 degrees of the normal.
-        let side = |limit: f32| {
-            let (x, y) = (-sine * limit, cosine * limit);
-            // tan(t / 2) of the wall's direction, cut at the lobe's edge.
-            let tangent = if x > 0.0 {
-                y / (1.0 + x)
-            } else {
-                BEHIND * limit
-            };
-            tangent
-                .max(-self.half_tangent_max)
-                .min(self.half_tangent_max)
-        };
-        let (from, _) = self.look_up(side(-1.0));
-        let (to, _) = self.look_up(side(1.0));
-        share(&difference(&to, &from), cosine, sine).max(0.0)
-    }
-
-    /// Counts above beta of an endless wall at a perpendicular distance, metres, whose
-    /// normal is psi off the axis: alpha G(psi) / D^2.
-    #[must_use]
-    pub fn endless_signal(&self, distance_m: f32, normal_rad: f32) -> f32 {
-        let distance_m = distance_m.max(LEAST_DISTANCE_M);
-        self.alpha_counts_m2 * self.endless_share(normal_rad) / (distance_m * distance_m)
-    }
-
-    /// Perpendicular distance of an endless wall that returns the given counts, metres:
-    /// D = sqrt(alpha G(psi) / (s - beta)).
-    ///
-    /// `None` for counts not above beta and for a wall out of the lobe.
-    #[must_use]
-    pub fn endless_distance_m(&self, counts: f32, normal_rad: f32) -> Option<f32> {
-        let signal = counts - self.beta_counts;
-        let squared = self.alpha_counts_m2 * self.endless_share(normal_rad) / signal;
-        (signal > 0.0 && squared > 0.0 && squared.is_finite()).then(|| math::sqrt(squared))
-    }
-
     /// I0 to I3 at tan(t / 2) within the lobe, and their slopes there.
     #[inline]
     fn look_up(&self, half_tangent: f32) -> ([f32; 4], [f32; 4]) {
@@ -277,7 +234,7 @@ impl WallLaw {
         let (from, _) = self.look_up(interval.from);
         let (to, _) = self.look_up(interval.to);
         let Point { x, y } = sight.normal;
-        self.scale(sight) * share(&difference(&to, &from), x, y).max(0.0)
+        self.scale(sight) * larger(share(&difference(&to, &from), x, y), 0.0)
     }
 
     /// Signal of an interval between fixed bearings, and its derivatives for the ends of
@@ -288,7 +245,7 @@ impl WallLaw {
         let values = difference(&to, &from);
         let Point { x: c, y: s } = sight.normal;
         let scale = self.scale(sight);
-        let signal = scale * share(&values, c, s).max(0.0);
+        let signal = scale * larger(share(&values, c, s), 0.0);
         let [i0, i1, i2, i3] = values;
         let per_turn = scale
             * (-3.0 * i0 * c * c * s
@@ -338,7 +295,7 @@ impl WallLaw {
         }
         let (_, slopes) = self.look_up(own);
         let density = |sight: &Sight| {
-            self.scale(sight) * share(&slopes, sight.normal.x, sight.normal.y).max(0.0)
+            self.scale(sight) * larger(share(&slopes, sight.normal.x, sight.normal.y), 0.0)
         };
         let uncovered = neighbour
             .filter(|other| inverse_range(other, own) < inverse_range(sight, own))
@@ -384,6 +341,20 @@ fn share(&[i0, i1, i2, i3]: &[f32; 4], c: f32, s: f32) -> f32 {
 #[inline]
 fn difference(&[a0, a1, a2, a3]: &[f32; 4], &[b0, b1, b2, b3]: &[f32; 4]) -> [f32; 4] {
     [a0 - b0, a1 - b1, a2 - b2, a3 - b3]
+}
+
+/// The larger of two numbers, the second for what is none.
+///
+/// The target has no instruction for `f32::max`: it calls a function of 25 instructions.
+#[inline]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, the second for what is none.
+#[inline]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[inline]

@@ -56,5 +56,5 @@ pub use stamps::{StampRow, StampTrials};
 pub use surface_offset::SurfaceOffset;
 pub use trials::Trials;
 pub use truth::Truth;
-pub use wall_rows::{WallRow, WallRowSettings};
+pub use wall_rows::{WallSideRow, WallSideSettings};
 pub use walls::{MappedPath, WALL_COVERED_M, WallReport, WallSide};

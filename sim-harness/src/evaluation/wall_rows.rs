@@ -16,7 +16,7 @@ const CELL_M: f64 = 0.010;
 
 /// What a recorded drive is mapped with.
 #[derive(Clone, Copy, Debug)]
-pub struct WallRowSettings {
+pub struct WallSideSettings {
     /// The sensors that are used.
     pub sensors: SensorMask,
     /// The sensors' law for filters and inverse sensor models.
@@ -29,7 +29,7 @@ pub struct WallRowSettings {
 
 /// One side of a nearly straight leg of a drive, in the map of one method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct WallRow {
+pub struct WallSideRow {
     /// The method's name.
     pub method: &'static str,
     /// Number of the leg, from 1.
@@ -41,7 +41,7 @@ pub struct WallRow {
     pub side: WallSide,
 }
 
-impl WallRow {
+impl WallSideRow {
     /// Maps a drive of an AMiRo and looks for a wall on both sides of each leg; sides
     /// without an occupied cell are left out.
     ///
@@ -50,7 +50,7 @@ impl WallRow {
     pub fn of(
         inputs: &[Input],
         method: &Method,
-        settings: &WallRowSettings,
+        settings: &WallSideSettings,
     ) -> Result<Vec<Self>, RunError> {
         let mut config = Config {
             sensors: settings.sensors,

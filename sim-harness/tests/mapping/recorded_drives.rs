@@ -7,7 +7,7 @@ use std::path::Path;
 use amiro_ipf::filter::Profile;
 use amiro_ipf::model::{Photometry, SensorMask};
 use amiro_ipf::node::Config;
-use sim_harness::evaluation::{MappedPath, WallReport, WallRow, WallRowSettings};
+use sim_harness::evaluation::{MappedPath, WallReport, WallSideRow, WallSideSettings};
 use sim_harness::mapping::{Method, Occupancy};
 use sim_harness::{RunRecord, log, run};
 
@@ -68,7 +68,7 @@ fn a_map_of_straight_walls_keeps_to_their_lines_in_the_recorded_drives() {
     let Some(folder) = common::recordings() else {
         return common::skip("no recordings");
     };
-    let settings = WallRowSettings {
+    let settings = WallSideSettings {
         sensors: GUIDE.complement(),
         photometry: Photometry {
             x_max_m: 0.20,
@@ -84,9 +84,9 @@ fn a_map_of_straight_walls_keeps_to_their_lines_in_the_recorded_drives() {
     ] {
         let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
         let recording = log::read(&file).unwrap();
-        let rows = WallRow::of(&recording.inputs, &Method::WALL_MAP, &settings).unwrap();
+        let rows = WallSideRow::of(&recording.inputs, &Method::WALL_MAP, &settings).unwrap();
         for is_left in sides {
-            let is_wanted = |row: &&WallRow| row.leg == 1 && row.is_left == is_left;
+            let is_wanted = |row: &&WallSideRow| row.leg == 1 && row.is_left == is_left;
             let row = rows.iter().find(is_wanted).unwrap();
             assert!(row.side.claimed, "{drive}: {rows:?}");
         }

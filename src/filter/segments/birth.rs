@@ -16,28 +16,16 @@ use heapless::Vec;
 
 use super::fit::{SegmentFit, WallSegments, seen, slope};
 use super::linear::{COORDINATES, Slope, System};
-use super::segment::{WallSegment, distance_m};
+use super::segment::WallSegment;
+use super::tracker::SHORT_MOTION_M;
 use super::window::{LogReading, Placed, StepReadings, huber};
 use super::{MAX_SEGMENTS, MAX_WINDOW};
 use crate::checksum::Digest;
 use crate::geometry::Point;
-use crate::math;
 use crate::model::{SENSORS, Wall};
 
-/// Bearings of a candidate's normal off the sensor's axis, degrees.
-const NORMALS_DEG: [f32; 7] = [0.0, -22.5, 22.5, -45.0, 45.0, -67.5, 67.5];
-/// Bearings of a candidate's middle, degrees.
-const BEARINGS_DEG: [f32; 4] = [-15.0, 15.0, -40.0, 40.0];
-/// Lengths of candidates, metres.
-const LENGTHS_M: [f32; 3] = [0.04, 0.10, 0.22];
 /// Candidates that are fitted.
-const FINALISTS: usize = 3;
-/// Least cosine between a candidate's normal and the ray to its middle.
-const LEAST_COSINE: f32 = 0.2;
-/// Steps of the search for a candidate's distance, and the relative error of the signal
-/// at which it ends.
-const DISTANCE_STEPS: usize = 4;
-const DISTANCE_ERROR: f32 = 0.02;
+pub(super) const FINALISTS: usize = 3;
 /// Share of the gain that a candidate must make alone; the other segments add little by
 /// giving way to it.
 const LEAST_SHARE: f32 = 0.3;
@@ -46,18 +34,23 @@ const ALONE_ITERATIONS: u8 = 3;
 /// Of the window's steps every second one ranks the candidates, the newest first: parallax stays.
 const RANK_STRIDE: usize = 2;
 
+/// Steps without a birth after one that failed: the same readings fail again.
+const PAUSE_STEPS: u8 = 4;
+
 /// A birth over several steps.
 #[derive(Clone, Debug)]
 pub(super) struct Birth {
-    stage: Stage,
+    stage: BirthStage,
     /// Places, in the coordinates of the segments.
     candidates: Vec<Wall, FINALISTS, u8>,
     next_id: u16,
+    /// Steps until the next birth may begin.
+    pause: u8,
 }
 
 /// What is to be done in the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
+enum BirthStage {
     Rank,
     Fit,
     Join,
@@ -67,24 +60,28 @@ impl Birth {
     /// No birth runs.
     pub(super) const fn none() -> Self {
         Self {
-            stage: Stage::Rank,
+            stage: BirthStage::Rank,
             candidates: Vec::new(),
             next_id: 0,
+            pause: 0,
         }
     }
 
     /// Whether a birth runs.
     pub(super) fn is_running(&self) -> bool {
-        self.stage != Stage::Rank
+        self.stage != BirthStage::Rank
     }
 
     /// Whether the next part is the joint fit.
     pub(super) fn is_joining(&self) -> bool {
-        self.stage == Stage::Join
+        self.stage == BirthStage::Join
     }
 
-    /// Moves the places.
+    /// Moves the places. After a long motion the readings are others, and a pause ends.
     pub(super) fn translate(&mut self, by: Point) {
+        if by.norm() > SHORT_MOTION_M {
+            self.pause = 0;
+        }
         for end in self.candidates.as_flattened_mut() {
             *end = *end + by;
         }
@@ -92,7 +89,8 @@ impl Birth {
 
     /// Ends a birth without a segment.
     fn abandon(&mut self) {
-        self.stage = Stage::Rank;
+        self.pause = PAUSE_STEPS;
+        self.stage = BirthStage::Rank;
         self.candidates.clear();
     }
 
@@ -107,15 +105,14 @@ impl Birth {
 }
 
 /// A reading of the window with what the segments return there.
-struct Explained<'f> {
-    placed: Placed,
-    measured: &'f LogReading,
-    signal: f32,
-    cost: f32,
+pub(super) struct Explained<'f> {
+    pub(super) placed: Placed,
+    pub(super) measured: &'f LogReading,
+    pub(super) signal: f32,
+    pub(super) cost: f32,
 }
 
-type Readings<'f> = Vec<Explained<'f>, { MAX_WINDOW * SENSORS }>;
-type Finalists = [Option<(f32, Wall)>; FINALISTS];
+pub(super) type ExplainedReadings<'f> = Vec<Explained<'f>, { MAX_WINDOW * SENSORS }>;
 
 impl<'f> SegmentFit<'f> {
     /// Does the next part of a birth; the segment that made room for a new one, if there
@@ -128,17 +125,21 @@ impl<'f> SegmentFit<'f> {
         system: &mut System,
     ) -> Option<WallSegment> {
         match birth.stage {
-            Stage::Rank if has_room(segments) => {
+            BirthStage::Rank if birth.pause > 0 => {
+                birth.pause -= 1;
+                None
+            }
+            BirthStage::Rank if has_room(segments) => {
                 if let Some((placed, missing)) = self.unexplained(segments) {
                     let readings = self.explained(segments, RANK_STRIDE);
                     let ranked = self.rank(&readings, &placed, missing);
                     birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
-                    birth.stage = Stage::Fit;
+                    birth.stage = BirthStage::Fit;
                 }
                 None
             }
-            Stage::Rank => None,
-            Stage::Fit => {
+            BirthStage::Rank => None,
+            BirthStage::Fit => {
                 let readings = self.explained(segments, 1);
                 let mut best: Option<(f32, Wall)> = None;
                 for wall in &birth.candidates {
@@ -150,23 +151,23 @@ impl<'f> SegmentFit<'f> {
                     }
                 }
                 let least = -LEAST_SHARE * self.model.parameters.birth_gain;
-                birth.candidates.clear();
-                birth.stage = Stage::Rank;
+                birth.abandon();
                 if let Some((change, wall)) = best
                     && change < least
                 {
                     let _ = birth.candidates.push(wall);
-                    birth.stage = Stage::Join;
+                    birth.stage = BirthStage::Join;
                 }
                 None
             }
-            Stage::Join => {
+            BirthStage::Join => {
                 let evicted = birth
                     .candidates
                     .first()
                     .and_then(|wall| self.join(birth.next_id, wall, segments, system));
                 birth.abandon();
                 let evicted = evicted?;
+                birth.pause = 0;
                 birth.next_id = birth.next_id.wrapping_add(1);
                 evicted
             }
@@ -176,7 +177,7 @@ impl<'f> SegmentFit<'f> {
     /// The readings of every so many steps of the window, with what the segments return
     /// there.
     #[inline(never)]
-    fn explained(&self, segments: &[WallSegment], stride: usize) -> Readings<'f> {
+    fn explained(&self, segments: &[WallSegment], stride: usize) -> ExplainedReadings<'f> {
         let parameters = &self.model.parameters;
         let mut readings = Vec::new();
         let rows: &'f [StepReadings] = self.rows;
@@ -233,79 +234,11 @@ impl<'f> SegmentFit<'f> {
         most.map(|(_, placed, missing)| (placed, missing))
     }
 
-    /// The best candidates.
-    #[inline(never)]
-    fn rank(&self, readings: &Readings<'_>, placed: &Placed, missing: f32) -> Finalists {
-        let mut finalists = [None; FINALISTS];
-        for normal in NORMALS_DEG {
-            let normal = math::sin_cos(normal.to_radians());
-            for bearing in BEARINGS_DEG {
-                let bearing = math::sin_cos(bearing.to_radians());
-                for length_m in LENGTHS_M {
-                    let wall = BirthPlace::of(normal, bearing, length_m)
-                        .and_then(|place| self.placed_candidate(&place, placed, missing));
-                    if let Some(wall) = wall {
-                        insert(&mut finalists, self.change_by(readings, &wall), wall);
-                    }
-                }
-            }
-        }
-        finalists
-    }
-
-    /// Change of the cost by a wall more, which hides nothing and is not hidden.
-    #[inline(never)]
-    fn change_by(&self, readings: &Readings<'_>, wall: &Wall) -> f32 {
-        let parameters = &self.model.parameters;
-        let law = &self.model.law;
-        let mut change = 0.0;
-        for reading in readings {
-            let seen = reading.placed.see(wall);
-            if law.may_see(&seen) {
-                let signal = reading.signal + law.signal(&[seen]);
-                let residual = reading.measured.residual(signal, parameters);
-                change += huber(residual, parameters.huber).0 - reading.cost;
-            }
-        }
-        change
-    }
-
-    /// A candidate at the distance at which it returns the missing signal; `None` if that
-    /// is out of reach or under the robot.
-    #[inline(never)]
-    fn placed_candidate(
-        &self,
-        candidate: &BirthPlace,
-        placed: &Placed,
-        missing: f32,
-    ) -> Option<Wall> {
-        let law = &self.model.law;
-        let parameters = &self.model.parameters;
-        let mut distance = law.endless_distance_m(missing + law.beta_counts(), 0.0)?;
-        for _ in 0..DISTANCE_STEPS {
-            let ratio = law.signal(&[candidate.wall(distance)]) / missing;
-            distance *= math::sqrt(ratio).clamp(0.5, 1.5);
-            if (ratio - 1.0).abs() < DISTANCE_ERROR {
-                break;
-            }
-        }
-        let ends = candidate.wall(distance);
-        let wall = ends.map(|end| placed.position + end.rotated(placed.axis));
-        let is_near = distance_m(&wall, Point::default()) < parameters.reach_m;
-        let is_clear = || {
-            self.rows.iter().all(|row| {
-                let off = wall.map(|end| end - row.position);
-                distance_m(&off, Point::default()) > parameters.hull_m
-            })
-        };
-        (is_near && is_clear()).then_some(wall)
-    }
-
     /// Fits a new segment with the others held; the change of the cost that it makes.
     #[inline(never)]
     fn fit_alone(
         &self,
-        readings: &Readings<'_>,
+        readings: &ExplainedReadings<'_>,
         others: &[WallSegment],
         new: &mut [WallSegment; 1],
         system: &mut System,
@@ -322,7 +255,7 @@ impl<'f> SegmentFit<'f> {
     #[inline(never)]
     fn assemble_alone(
         &self,
-        readings: &Readings<'_>,
+        readings: &ExplainedReadings<'_>,
         others: &[WallSegment],
         new: &WallSegment,
         system: &mut System,
@@ -373,49 +306,6 @@ impl<'f> SegmentFit<'f> {
             *segments = with;
             evicted
         })
-    }
-}
-
-/// The form of a new segment in the frame of its sensor, without its distance.
-struct BirthPlace {
-    /// The middle at a perpendicular distance of 1 m.
-    middle: Point,
-    /// From the middle to the second end, metres.
-    half: Point,
-}
-
-impl BirthPlace {
-    /// With sine and cosine of the bearings of the normal and of the middle; `None` where
-    /// the sensor would see it from its end.
-    fn of(normal: (f32, f32), bearing: (f32, f32), length_m: f32) -> Option<Self> {
-        let ((s, c), (sine, cosine)) = (normal, bearing);
-        let incidence = c * cosine + s * sine;
-        let half = 0.5 * length_m;
-        (incidence >= LEAST_COSINE).then(|| Self {
-            middle: Point::new(cosine / incidence, sine / incidence),
-            half: Point::new(-half * s, half * c),
-        })
-    }
-
-    /// The wall at a perpendicular distance.
-    fn wall(&self, distance_m: f32) -> Wall {
-        let middle = Point::new(distance_m * self.middle.x, distance_m * self.middle.y);
-        [middle - self.half, middle + self.half]
-    }
-}
-
-/// Puts a candidate among the best, the best first.
-fn insert(finalists: &mut [Option<(f32, Wall)>; FINALISTS], cost: f32, wall: Wall) {
-    let mut entry = Some((cost, wall));
-    for held in finalists {
-        let is_better = match (&entry, &held) {
-            (Some((cost, _)), Some((other, _))) => cost < other,
-            (Some((cost, _)), None) => cost.is_finite(),
-            (None, _) => false,
-        };
-        if is_better {
-            core::mem::swap(held, &mut entry);
-        }
     }
 }
 

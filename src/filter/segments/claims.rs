@@ -82,7 +82,10 @@ impl SegmentTracker {
         if deviation.abs() >= parameters.claim_sigmas * sigma {
             return;
         }
-        for (index, mask) in masks.iter_mut().enumerate().take(segments.len()) {
+        for (index, (mask, segment)) in masks.iter_mut().zip(segments).enumerate() {
+            if segment.is_frozen || !model.law.may_see(&placed.see(&segment.ends)) {
+                continue;
+            }
             let without = model.law.signal(&seen(&placed, segments, Some(index)));
             if signal - without > parameters.least_share * signal {
                 *mask = mask.with(sensor);

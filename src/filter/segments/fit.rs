@@ -18,6 +18,9 @@ pub(super) type WallSegments = Vec<WallSegment, MAX_SEGMENTS, u8>;
 const FIRST_DAMPING: f32 = 1e-3;
 const EASED: f32 = 0.3;
 const RAISED: f32 = 10.0;
+/// Damping of the iteration that is not checked: it shortens a step along what the readings
+/// leave open.
+const FOLLOW_DAMPING: f32 = 1e-2;
 /// Change of the cost (chi^2) below which the iterations end: what moves an end by a tenth
 /// of its standard deviation.
 const SETTLED: f32 = 1e-2;
@@ -208,6 +211,17 @@ impl<'f> SegmentFit<'f> {
             }
         }
         cost
+    }
+
+    /// One Gauss-Newton iteration, which takes its step without a look at the cost there:
+    /// one evaluation of the readings. The equations are left as they were before it.
+    ///
+    /// For segments that were fitted a step ago and have barely moved since.
+    pub(super) fn follow(&self, segments: &mut [WallSegment], system: &mut System) {
+        let _ = self.assemble(segments, system);
+        if let Some(step) = system.solve(FOLLOW_DAMPING) {
+            self.apply(segments, &step);
+        }
     }
 
     fn apply(&self, segments: &mut [WallSegment], step: &[f32; MAX_UNKNOWNS]) {

@@ -26,16 +26,18 @@
 //!    segment has saved at these readings is added to its evidence.
 //! 3. **Reach.** Segments beyond the sensors' reach are frozen, or forgotten if there is
 //!    little evidence; near again, they are revived.
-//! 4. **Fit.** At most three Levenberg-Marquardt iterations over all segments together,
-//!    one in a step in which a birth joins; fewer when the cost no longer changes. The
-//!    equations at a place give its cost as well, so that an iteration evaluates each
-//!    reading once, or twice if the cost has risen.
+//! 4. **Fit.** One Gauss-Newton iteration over all segments together in a step of at most
+//!    20 mm without new segments, and in one in which a birth joins; otherwise at most three
+//!    Levenberg-Marquardt iterations, fewer when the cost no longer changes. The equations
+//!    at a place give its cost as well, so that an iteration evaluates each reading once,
+//!    or twice if the cost has risen.
 //! 5. **Hull.** The part of a segment that the robot stands on is cut off.
-//! 6. **Upkeep**, every third step: the segment with the least evidence is dropped, and
-//!    the merge of one collinear pair is tried.
+//! 6. **Upkeep**, every third step: the segment with the least evidence is dropped, unless
+//!    its evidence is beyond doubt, and the merge of one collinear pair is tried.
 //! 7. **Birth**, in steps that tried no merge: one part of at most one birth. It ranks
 //!    candidates for the sensor with the most unexplained signal, in the next step fits
 //!    the best three alone, and in the next fits the best one together with the others.
+//!    After a failure it pauses for four short steps.
 //!
 //! **Frame.** The origin is the robot's centre, the axes keep the direction that the
 //! body had at the start. Coordinates stay below the reach, so `f32` resolves 3e-8 m
@@ -54,6 +56,7 @@ mod claims;
 mod fit;
 mod linear;
 mod parameters;
+mod rank;
 mod segment;
 mod tracker;
 mod upkeep;

@@ -19,6 +19,11 @@ const LARGEST_MOTION_M: f32 = 0.5;
 /// a robot that stands still repeats its readings, which are no new evidence.
 const LEAST_MOTION_M: f32 = 0.002;
 const LEAST_TURN_RAD: f32 = 0.02;
+/// Motion after which one iteration of the fit is enough, metres: twice a step of 10 mm,
+/// and less than half of the way between two stations.
+pub(super) const SHORT_MOTION_M: f32 = 0.02;
+/// Steps after which a segment is no longer new.
+const SETTLED_STEPS: u16 = 3;
 
 /// Everything that stays the same during a run.
 #[derive(Clone, Debug)]
@@ -170,6 +175,7 @@ impl SegmentTracker {
         samples: &[Sample; SENSORS],
         retired: &mut impl FnMut(&WallSegment),
     ) {
+        let way_m = motion.displacement.norm();
         if !self.advance(motion) {
             self.segments.iter().for_each(&mut *retired);
             self.reset();
@@ -183,14 +189,20 @@ impl SegmentTracker {
         };
         let mut system = System::new();
         // A birth that joins brings a fit of all segments with it.
-        let most = if self.birth.is_joining() { 1 } else { u8::MAX };
-        let iterations = model.parameters.iterations.min(most);
-        let _ = fit.refine(&mut self.segments, iterations, &mut system);
+        let is_short = way_m <= SHORT_MOTION_M;
+        let is_joining = self.birth.is_joining();
+        if is_short && (is_joining || self.is_settled()) {
+            fit.follow(&mut self.segments, &mut system);
+        } else {
+            let most = if is_joining { 1 } else { u8::MAX };
+            let iterations = model.parameters.iterations.min(most);
+            let _ = fit.refine(&mut self.segments, iterations, &mut system);
+        }
         set_covariances(&mut self.segments, &system);
         cut_at_hull(&model.parameters, &mut self.segments);
         let upkeep_steps = u16::from(model.parameters.upkeep_steps.max(1));
         let mut has_tried_merge = false;
-        if self.steps.is_multiple_of(upkeep_steps) {
+        if self.steps.is_multiple_of(upkeep_steps) && !(is_short && is_joining) {
             let turn = usize::from(self.steps / upkeep_steps);
             fit.drop_weakest(&mut self.segments);
             has_tried_merge = fit.merge_collinear(&mut self.segments, turn, &mut system);
@@ -203,6 +215,12 @@ impl SegmentTracker {
         for segment in &mut self.segments {
             segment.age_steps = segment.age_steps.saturating_add(1);
         }
+    }
+
+    /// Whether no segment is new: one iteration of the fit is enough after a short motion.
+    fn is_settled(&self) -> bool {
+        let is_old = |segment: &WallSegment| segment.age_steps >= SETTLED_STEPS;
+        self.segments.iter().all(is_old)
     }
 
     /// Moves everything against the robot's motion; `false` if that is unknown.

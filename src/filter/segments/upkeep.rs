@@ -96,7 +96,8 @@ impl SegmentFit<'_> {
         let mut least: Option<(usize, f32)> = None;
         for (index, (segment, gain)) in segments.iter().zip(gains).enumerate() {
             let evidence = segment.evidence + gain;
-            if !segment.is_frozen && least.is_none_or(|(_, other)| evidence < other) {
+            let is_weak = !segment.is_frozen && !self.is_sure(segment);
+            if is_weak && least.is_none_or(|(_, other)| evidence < other) {
                 least = Some((index, evidence));
             }
         }
@@ -107,7 +108,12 @@ impl SegmentFit<'_> {
         }
     }
 
-    /// What each segment saves at the readings of the window.
+    /// Whether what a segment has saved before is so much that it is not dropped.
+    fn is_sure(&self, segment: &WallSegment) -> bool {
+        segment.evidence > self.model.parameters.freeze_evidence
+    }
+
+    /// What each segment that is not sure saves at the readings of the window.
     fn gains(&self, segments: &[WallSegment]) -> [f32; MAX_SEGMENTS] {
         let parameters = &self.model.parameters;
         let law = &self.model.law;
@@ -116,7 +122,10 @@ impl SegmentFit<'_> {
             let cost = |signal| huber(measured.residual(signal, parameters), parameters.huber).0;
             let mut with: Option<f32> = None;
             for (index, (segment, gain)) in segments.iter().zip(&mut gains).enumerate() {
-                if segment.is_frozen || !law.may_see(&placed.see(&segment.ends)) {
+                if segment.is_frozen
+                    || self.is_sure(segment)
+                    || !law.may_see(&placed.see(&segment.ends))
+                {
                     continue;
                 }
                 let with =

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{MAX_WALLS, Wall, WallLaw, dot};
+use super::{MAX_WALLS, Wall, WallLaw, dot, larger, smaller};
 use crate::geometry::Point;
 
 /// Most intervals of the lobe: all ends split it.
@@ -87,7 +87,10 @@ impl WallLaw {
         let max = self.half_tangent_max;
         let [first, last] = ends.map(half_tangent);
         let (is_clipped, half_tangents) = if last >= first {
-            ([first < -max, last > max], [first.max(-max), last.min(max)])
+            (
+                [first < -max, last > max],
+                [larger(first, -max), smaller(last, max)],
+            )
         } else if first < max {
             // The wall passes behind the sensor: one of its ends may be in the lobe.
             ([false, true], [first, max])
@@ -112,7 +115,7 @@ impl WallLaw {
             is_swapped,
             ends,
             normal,
-            distance_m: distance_m.max(LEAST_DISTANCE_M),
+            distance_m: larger(distance_m, LEAST_DISTANCE_M),
             half_tangents,
             is_clipped,
         })
