@@ -58,7 +58,7 @@ fn assert_never_names(place: &str, words: &[&str]) {
 
 /// The layers of the core from the lowest to the highest, with the modules that each may
 /// import.
-const LAYERS: [(&str, &[&str]); 9] = [
+const LAYERS: [(&str, &[&str]); 10] = [
     ("checksum", &[]),
     ("math", &[]),
     ("geometry", &["math"]),
@@ -67,6 +67,10 @@ const LAYERS: [(&str, &[&str]); 9] = [
     (
         "filter",
         &["model", "geometry", "math", "random", "checksum"],
+    ),
+    (
+        "beam_filter",
+        &["filter", "geometry", "math", "random", "checksum"],
     ),
     ("node", &["filter", "model", "geometry", "math"]),
     ("board", &["node", "model", "geometry", "math", "checksum"]),
