@@ -24,6 +24,8 @@
 //! - [`filter`]: Algorithms 1 and 2. It has no time, no clock and no link.
 //! - [`beam_filter`]: the inverted particle filter for range beams (laser, time of
 //!   flight) of Kleppe and Skavhaug 2013. It has no time and no clock.
+//! - [`dead_reckoning`]: corrected wheels and a Kalman filter with a compass, of Ivanjko,
+//!   Petrovic and Macek 2003.
 //! - [`node`]: the portable program from inputs to events: configuration, odometry,
 //!   step trigger, sample window.
 //! - [`board`]: the robot's board over register traits. Its I2C masters and sensors give
@@ -87,6 +89,7 @@
 pub mod beam_filter;
 pub mod board;
 pub mod checksum;
+pub mod dead_reckoning;
 pub mod filter;
 pub mod geometry;
 pub mod link;
