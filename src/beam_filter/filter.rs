@@ -88,7 +88,8 @@ impl<const N: usize> BeamParticleFilter<N> {
     ///
     /// Costs about 15 operations per beam and particle, and one square root where a beam
     /// reaches a particle; about 100 per particle and piece of the motion
-    /// ([`Self::advance`]).
+    /// ([`Self::advance`]). On a desktop core a cycle with 32 beams takes 10 ns per beam and
+    /// particle, motion included, with 500, 1000 and 4000 particles alike.
     pub fn cycle(
         &mut self,
         model: &BeamModel,
@@ -184,8 +185,8 @@ impl<const N: usize> BeamParticleFilter<N> {
     ///   obstacle is found at the first cycle only if a particle lies within l_w of the end
     ///   of a beam on it.
     ///
-    /// Error on recordings (`MOVING`, 1000 particles in 1.5 m): median 1.6 cm, 90th
-    /// percentile 5.2 cm, without errors of the pose. O(n).
+    /// Its error on recordings is given at [`super::BeamFilterParameters::MOVING`]; an error
+    /// of the robot's motion comes on top. O(n).
     #[must_use]
     pub fn nearest_obstacle(&self, min_weight: f32) -> Option<Point> {
         let mut nearest: Option<Point> = None;
