@@ -16,7 +16,7 @@ const MOST_DRAWS: u32 = 10;
 
 /// A straight motion of the robot's centre in the axes of the particles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Advance {
+pub(super) struct StraightMotion {
     displacement: Point,
     length_m: f32,
     direction: Rotation,
@@ -24,7 +24,7 @@ pub(super) struct Advance {
     sigma_m: f32,
 }
 
-impl Advance {
+impl StraightMotion {
     /// None if nothing moves or the numbers are no motion.
     pub(super) fn new(model: &BeamModel, displacement: Point) -> Option<Self> {
         let length_m = displacement.norm();
@@ -146,7 +146,7 @@ impl<const N: usize> BeamParticleFilter<N> {
         let pieces = (length_m / (LONGEST_PIECE * radius_m)) as u32 + 1;
         let share = 1.0 / pieces as f32;
         let piece = Point::new(share * displacement.x, share * displacement.y);
-        let Some(advance) = Advance::new(model, piece) else {
+        let Some(advance) = StraightMotion::new(model, piece) else {
             return tally;
         };
         for particle in self.live_mut() {
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn g09_a_particle_that_leaves_enters_at_the_opposite_point_of_the_rim() {
         let model = model(Reentry::Opposite, 0.0);
-        let advance = Advance::new(&model, Point::new(0.1, 0.0)).unwrap();
+        let advance = StraightMotion::new(&model, Point::new(0.1, 0.0)).unwrap();
         let mut particle = BeamParticle {
             position: Point::new(-0.95, 0.1),
             weight: 0.9,
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn rim_ahead_is_within_sixty_degrees_of_the_motion() {
         let model = model(Reentry::RimAhead, 0.0);
-        let advance = Advance::new(&model, Point::new(0.0, -0.1)).unwrap();
+        let advance = StraightMotion::new(&model, Point::new(0.0, -0.1)).unwrap();
         let mut rng = Generator::seeded(2);
         for _ in 0..10_000 {
             let point = advance.reentry(Point::new(0.0, 1.05), &model, &mut rng);
@@ -206,7 +206,7 @@ mod tests {
         // n = 20 000, sigma of a count of half of them is 71, 4 sigma are 283.
         let model = model(Reentry::Crescent, 0.0);
         for (length_m, seed) in [(0.03, 1), (0.4, 2), (1.5, 3)] {
-            let advance = Advance::new(&model, Point::new(length_m, 0.0)).unwrap();
+            let advance = StraightMotion::new(&model, Point::new(length_m, 0.0)).unwrap();
             let mut rng = Generator::seeded(seed);
             let mut left = 0_i32;
             for _ in 0..20_000 {
@@ -226,7 +226,7 @@ mod tests {
         // n = 20 000; 4 sigma of the difference are 0.02.
         let model = model(Reentry::Crescent, 0.0);
         for length_m in [0.2, 1.2] {
-            let advance = Advance::new(&model, Point::new(length_m, 0.0)).unwrap();
+            let advance = StraightMotion::new(&model, Point::new(length_m, 0.0)).unwrap();
             let mut rng = Generator::seeded(4);
             let (mut direct, mut rejected, mut drawn) = (0, 0, 0);
             for _ in 0..20_000 {
@@ -274,7 +274,7 @@ mod tests {
     fn motion_noise_has_the_printed_deviation_per_axis() {
         // 20 000 samples: sigma of a standard deviation is 0.5 %, 4 sigma are 2 %.
         let model = model(Reentry::Crescent, 0.05);
-        let advance = Advance::new(&model, Point::new(0.03, 0.04)).unwrap();
+        let advance = StraightMotion::new(&model, Point::new(0.03, 0.04)).unwrap();
         let mut rng = Generator::seeded(6);
         let (mut x, mut y) = (0.0_f64, 0.0_f64);
         for _ in 0..20_000 {
