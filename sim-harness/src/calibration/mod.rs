@@ -2,6 +2,7 @@
 //!
 //! [`Table`] has the measurements, [`Fixed`] the known parameters, [`Law`] the least
 //! squares problem, [`Fit`] the answer: parameters, their standard errors, residuals.
+//! Apart from it, [`fit_wheels`] fits the factors of a differential drive.
 
 mod estimate;
 mod fit;
@@ -11,6 +12,7 @@ mod parameter;
 mod report;
 mod start;
 mod table;
+mod wheels;
 
 pub use estimate::{Estimate, Fit, Origin};
 pub use fit::{FitError, fit};
@@ -18,3 +20,4 @@ pub use fixed::{Fixed, FixedError};
 pub use law::Law;
 pub use parameter::Parameter;
 pub use table::{CalibrationPoint, Table, TableError, TableProblem};
+pub use wheels::{WheelFit, WheelFitError, WheelSegment, fit_wheels};
