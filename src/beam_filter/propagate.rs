@@ -89,7 +89,7 @@ impl StraightMotion {
     /// by the whole chord 2 h where that is shorter. So t is drawn uniformly in -r to r, the
     /// depth uniformly in 0 to |m|, and the draw is repeated if it lies beyond the chord.
     /// The distribution is that of drawing in the whole disc until the crescent is hit,
-    /// which takes 50 draws at |m| = 0.03 r; this takes 1.01. If every draw fails, it is the
+    /// which takes 50 draws at |m| = 0.03 r; this takes one. If every draw fails, it is the
     /// point of the rim ahead.
     fn in_crescent(&self, model: &BeamModel, rng: &mut Generator) -> Point {
         let radius_m = model.parameters().local_radius_m;

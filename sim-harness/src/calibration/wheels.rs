@@ -84,7 +84,8 @@ pub fn fit_wheels(
     segments: &[WheelSegment],
     nominal_track_m: f64,
 ) -> Result<WheelFit, WheelFitError> {
-    if !(nominal_track_m.is_finite() && nominal_track_m > 0.0) || !segments.iter().all(is_finite) {
+    let is_track = nominal_track_m.is_finite() && nominal_track_m > 0.0;
+    if !is_track || !segments.iter().all(is_finite) {
         return Err(WheelFitError::NotFinite);
     }
     let (per_left, per_right) = turn_per_travel(segments)?;
