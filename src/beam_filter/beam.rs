@@ -123,7 +123,7 @@ impl RangeBeam {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::beam_filter::BeamFilterParameters;
+    use crate::beam_filter::{BeamFilterParameters, BeamParticle};
 
     fn model(beam_tolerance_m: f32) -> BeamModel {
         BeamModel::new(BeamFilterParameters {
@@ -192,13 +192,28 @@ mod tests {
     }
 
     #[test]
-    fn g09_an_error_of_one_half_swaps_the_roles_at_the_edge() {
-        // At the edge of the tolerance an end must stay above and a beam below 0.5.
-        let at_edge = |error: f32| (1.0 - 0.995 * error, 0.995 * error);
+    fn g09_an_error_of_nearly_one_half_leaves_no_obstacle_and_no_free_space_at_the_edge() {
+        // The last beam of a sweep reaches most particles at the edge of its tolerance.
+        let at_edge = |measurement_error: f32| {
+            let model = BeamModel::new(BeamFilterParameters {
+                measurement_error,
+                ..BeamFilterParameters::PAPER
+            })
+            .unwrap();
+            let weight = |x, y| {
+                let beam = ahead(BeamRange::Echo(0.6));
+                let weight = beam.weight_at(&model, Point::new(x, y)).unwrap();
+                BeamParticle {
+                    weight,
+                    ..BeamParticle::default()
+                }
+            };
+            (weight(0.6, 0.0199), weight(0.3, 0.0199))
+        };
         let (end, along) = at_edge(0.1);
-        assert!(end > 0.75 && along < 0.25, "{end}, {along}");
-        let (end, along) = at_edge(0.5);
-        assert!(end < 0.75 && along > 0.25, "{end}, {along}");
+        assert!(end.is_high() && along.is_low(), "{end:?}, {along:?}");
+        let (end, along) = at_edge(0.49);
+        assert!(!end.is_high() && !along.is_low(), "{end:?}, {along:?}");
     }
 
     #[test]

@@ -41,6 +41,36 @@
 //! Other deviations are documented where they are: the order of the stages at
 //! [`BeamParticleFilter::cycle`], resampling in one pass, re-entry at [`Reentry`].
 //!
+//! # Example
+//!
+//! ```
+//! use amiro_ipf::beam_filter::{
+//!     BeamFilterParameters, BeamModel, BeamParticle, BeamParticleFilter, BeamRange, RangeBeam,
+//! };
+//! use amiro_ipf::geometry::{Angle, Motion, Point, Pose};
+//! use amiro_ipf::random::Generator;
+//!
+//! let model = BeamModel::new(BeamFilterParameters::MOVING)?;
+//! let mut rng = Generator::seeded(1);
+//! let mut filter = BeamParticleFilter::<4000>::new();
+//! filter.reset(&model, 4000, Angle::default(), &mut rng);
+//! // 10 cm of straight driving towards a wall 0.7 m ahead, with five beams at the front.
+//! for millimetre in 0..=100_u8 {
+//!     let to_wall = 0.7 - f32::from(millimetre) * 1e-3;
+//!     let advanced = if millimetre == 0 { 0.0 } else { 1e-3 };
+//!     let motion = Motion { displacement: Point::new(advanced, 0.0), ..Motion::NONE };
+//!     let mut beams = Vec::new();
+//!     for column in -2..=2_i8 {
+//!         let mount = Pose::new(0.0, 0.05 * f32::from(column), 0.0);
+//!         beams.push(RangeBeam::new(&mount, BeamRange::Echo(to_wall))?);
+//!     }
+//!     filter.cycle(&model, &motion, &beams, &mut rng);
+//! }
+//! let nearest = filter.nearest_obstacle(BeamParticle::HIGH).expect("an obstacle is known");
+//! assert!((nearest.x - 0.6).abs() < 0.04);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Source key: \[KS\] is Kleppe, Skavhaug: Obstacle detection and mapping in low-cost,
 //! low-power multi-robot systems using an Inverted Particle Filter, SAFECOMP 2013, workshop
 //! DECS, hal-00849817.

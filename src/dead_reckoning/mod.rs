@@ -15,6 +15,27 @@
 //! | k1, k2 on the diagonal of the system matrix (eq. 14) | 1 | multiplies the speeds in every step: 18 % too fast for k1 = 1.02 and Q / R = 0.01 |
 //! | P = (I - K) P (eq. 13) | Joseph's form, one measurement at a time | the same value; stays positive with rounding |
 //!
+//! # Example
+//!
+//! ```
+//! use amiro_ipf::dead_reckoning::{DeadReckoning, DeadReckoningModel, DeadReckoningParameters};
+//! use amiro_ipf::geometry::{Angle, Pose};
+//! use amiro_ipf::model::{DifferentialDrive, WheelSpeeds};
+//!
+//! let mut parameters = DeadReckoningParameters::of(DifferentialDrive::AMIRO);
+//! parameters.drive.correction.left = 1.02;
+//! let model = DeadReckoningModel::new(parameters)?;
+//! let mut filter = DeadReckoning::starting_at(&model, &Pose::default());
+//! // 10 s straight ahead. The encoder of the larger left wheel shows a lower speed.
+//! let speeds = WheelSpeeds { left_m_per_s: 0.05 / 1.02, right_m_per_s: 0.05 };
+//! for _ in 0..100 {
+//!     filter.step(&model, Some(speeds), Some(Angle::default()));
+//! }
+//! let reached = filter.pose().position;
+//! assert!((reached.x - 0.5).abs() < 0.01 && reached.y.abs() < 0.01);
+//! # Ok::<(), amiro_ipf::filter::ParameterError>(())
+//! ```
+//!
 //! Source key: \[IPM\] is Ivanjko, Petrovic, Macek: Improvements of Occupancy Grid Maps by
 //! Sonar Data Corrections, FIRA Robot World Congress, Vienna 2003.
 
