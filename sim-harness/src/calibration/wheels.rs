@@ -73,8 +73,9 @@ impl WheelFit {
 ///    each step; k3 b = sum(d . q) / sum(q . q) with the measured displacements d;
 /// 3. k1 = a_L k3 b, k2 = a_R k3 b, k3 = k3 b / b.
 ///
-/// The fit describes the drive it is made from. On the recordings `kcma` the factors of one
-/// drive did not improve another one: check them on a second drive.
+/// The fit describes the drive it is made from. On the three recordings `kcma` (segments of
+/// 30 records) the factors of one drive change the end error of another one by -0.16 to
+/// +0.91 m: check them on a second drive.
 ///
 /// # Errors
 /// [`WheelFitError::NotFinite`]: a number is NaN or infinite, or the track is not positive.
