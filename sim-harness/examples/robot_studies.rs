@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser};
 use sim_harness::console;
 use sim_harness::evaluation::{MeanStd, Number, SCORES_IN_WORDS, SensorFaultTrials, StampTrials};
+use sim_harness::mapping::Method;
 use sim_harness::world::standard_scenarios;
 
 /// Studies of a simulated robot.
@@ -23,6 +24,14 @@ enum Study {
         /// mazes' drives lies in a turn in place.
         #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
         breaks_at: f64,
+        /// Methods, separated by commas.
+        #[arg(
+            long,
+            value_name = "METHODS",
+            value_delimiter = ',',
+            default_value = "paper,plus"
+        )]
+        methods: Vec<Method>,
         /// Particles for each sensor in use.
         #[arg(long, value_name = "N", default_value_t = 1000)]
         particles: u16,
@@ -55,11 +64,13 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         Study::SensorFaults {
             seeds,
             breaks_at,
+            methods,
             particles,
         } => sensor_faults(&SensorFaultTrials {
             scenarios,
             seeds: seeds.range(),
             breaks_at: breaks_at.clamp(0.0, 1.0),
+            methods,
             particles_per_sensor: particles,
         }),
         Study::Stamps(seeds) => {

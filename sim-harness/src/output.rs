@@ -134,6 +134,19 @@ pub fn write_with(
     })
 }
 
+/// Removes a file of an earlier run, if it is there; folders and devices stay.
+///
+/// # Errors
+/// It cannot be removed, or it is the recording of a robot.
+pub fn remove(path: &Path) -> Result<(), WriteError> {
+    if !fs::symlink_metadata(path).is_ok_and(|found| found.is_file()) {
+        return Ok(());
+    }
+    check_replaceable(path)
+        .and_then(|()| fs::remove_file(path))
+        .map_err(|cause| error_of(path, cause))
+}
+
 /// Checks, before the work, that the outputs of a command replace neither its inputs nor
 /// the recording of a robot.
 ///

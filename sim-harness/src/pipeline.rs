@@ -11,7 +11,7 @@ pub use drive::{DriveFigures, DriveOptions, DriveSummary, NothingMapped, dataset
 use amiro_ipf::node::{Config, Input};
 
 use crate::drive::{FilterRecords, Record, StepRecords};
-use crate::mapping::{Mapper, Method};
+use crate::mapping::{FinishProgress, Mapper, Method};
 use crate::{RunError, RunOutcome};
 
 /// Passes all records of a source through a mapper, then finishes the map.
@@ -25,11 +25,24 @@ pub fn run<T, E>(
     mapper: &mut dyn Mapper,
     watch: &mut dyn FnMut(&Record, &dyn Mapper),
 ) -> Result<T, E> {
+    run_with_progress(source, mapper, watch, &mut |_| {})
+}
+
+/// As [`run`](self::run()); `progress` is called while the map is finished.
+///
+/// # Errors
+/// As [`run`](self::run()).
+pub fn run_with_progress<T, E>(
+    source: impl FnOnce(&mut dyn FnMut(&Record)) -> Result<T, E>,
+    mapper: &mut dyn Mapper,
+    watch: &mut dyn FnMut(&Record, &dyn Mapper),
+    progress: &mut dyn FnMut(FinishProgress),
+) -> Result<T, E> {
     let result = source(&mut |record| {
         watch(record, mapper);
         mapper.take(record);
     })?;
-    mapper.finish();
+    mapper.finish(progress);
     Ok(result)
 }
 
@@ -62,7 +75,7 @@ pub fn filter_records(
     inputs: &[Input],
     take: &mut dyn FnMut(&Record),
 ) -> Result<RunOutcome, RunError> {
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(config);
     crate::run(config, inputs, |event| records.translate(event, take))
 }
 

@@ -4,15 +4,18 @@ use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use amiro_ipf::node::{Config, Event, StepDone};
 use serde::Serialize;
 
-use crate::drive::{FilterRecords, Record};
+use crate::drive::{FilterRecords, KnownWalls, Record};
 use crate::geometry::Pose2;
-use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
+use crate::mapping::{CountingMapper, FootprintMapper, KEPT_EVIDENCE, Map, Mapper, Occupancy};
 
 /// Collects the events of a run, on a host's node or on a board.
 #[derive(Clone, Debug)]
 pub struct RunRecord {
     records: FilterRecords,
     mapper: FootprintMapper<CountingMapper>,
+    walls: KnownWalls,
+    /// Index and stamp of the last step that began.
+    begun: Option<(u32, u64)>,
     poses: Vec<Pose2>,
     /// The poses to which the robot did not drive from the pose before, by index.
     jumps: Vec<usize>,
@@ -68,8 +71,10 @@ impl RunRecord {
     pub fn new(config: &Config, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
         let mapper = CountingMapper::new(cell_m);
         Self {
-            records: FilterRecords::new(config.photometry),
+            records: FilterRecords::new(config),
             mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
+            walls: KnownWalls::new(KEPT_EVIDENCE),
+            begun: None,
             poses: Vec::new(),
             jumps: Vec::new(),
             last: None,
@@ -80,8 +85,15 @@ impl RunRecord {
 
     /// Takes the next event.
     pub fn take(&mut self, event: &Event) {
-        if let Event::StepDone(done) = event {
-            self.statistics.add(done);
+        match event {
+            Event::StepBegun(step) => self.begun = Some((step.index, step.stamp_us)),
+            Event::Walls(walls) => {
+                let begun = self.begun.filter(|(index, _)| *index == walls.index);
+                self.walls.take(walls, begun.map(|(_, stamp_us)| stamp_us));
+            }
+            Event::OdometryReset { .. } => self.walls.reset(),
+            Event::StepDone(done) => self.statistics.add(done),
+            Event::Configured(_) | Event::Particles(_) => {}
         }
         let Self {
             records,
@@ -134,6 +146,12 @@ impl RunRecord {
     #[must_use]
     pub fn jumps(&self) -> &[usize] {
         &self.jumps
+    }
+
+    /// The wall segments of the run's messages.
+    #[must_use]
+    pub fn known_walls(&self) -> &KnownWalls {
+        &self.walls
     }
 
     /// The map so far.

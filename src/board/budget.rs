@@ -6,8 +6,8 @@ pub const CAPACITY: usize = 8000;
 /// Places of the send queue; one stays empty.
 pub const SEND_QUEUE: usize = 256;
 
-/// Bytes of the receive queue: twice the window of 8 frames of 128.
-pub const RECEIVE_QUEUE: usize = 2048;
+/// Bytes of the receive queue: twice the window of 8 frames of 144.
+pub const RECEIVE_QUEUE: usize = 2304;
 
 /// Places that particle frames leave for everything else.
 pub const RESERVE: usize = 24;

@@ -17,15 +17,23 @@ mod particles;
 mod propagate;
 mod redraw;
 mod resample;
+mod segments;
 mod step;
 mod tally;
 mod visibility;
+mod wall_parameters;
+mod wall_scan;
 mod weigh;
 
 pub use gating::Outcome;
 pub use model::Model;
 pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, SurvivalRule};
 pub use particles::ParticleSet;
+pub use segments::{
+    EndSigma, MAX_SEGMENTS, MAX_WINDOW, SegmentModel, SegmentParameters, SegmentTracker,
+    WallSegment,
+};
 pub use step::InverseParticleFilter;
 pub use tally::Tally;
+pub use wall_parameters::WallParameters;
 pub use weigh::{Evaluation, Scan};

@@ -1,7 +1,7 @@
 //! Everything that stays the same during a run, with what can be prepared of it.
 
-use super::FilterParameters;
 use super::visibility::Visibility;
+use super::{FilterParameters, SurvivalRule, WallParameters};
 use crate::geometry::Point;
 use crate::model::{BeamPattern, DifferentialDrive, Mount, Photometry, Ring, SENSORS};
 
@@ -17,6 +17,8 @@ pub struct Model {
     pub(crate) mounts: [Mount; SENSORS],
     pub(crate) beam_pattern: BeamPattern,
     pub(crate) visibility: Visibility,
+    /// For a filter over wall segments; the tables of its law are in the set.
+    pub(crate) walls: Option<&'static WallParameters>,
 }
 
 impl Model {
@@ -36,6 +38,8 @@ impl Model {
             drive,
             mounts,
             visibility: Visibility::of(&mounts, &beam_pattern),
+            walls: (parameters.survival == SurvivalRule::BernoulliOnWalls)
+                .then_some(&WallParameters::WALL),
             beam_pattern,
         }
     }
@@ -44,6 +48,12 @@ impl Model {
     #[must_use]
     pub fn photometry(&self) -> &Photometry {
         &self.photometry
+    }
+
+    /// Whether the particles are weighed against wall segments (the profile `wall`).
+    #[must_use]
+    pub fn has_walls(&self) -> bool {
+        self.walls.is_some()
     }
 
     /// Whether a position of the body frame lies outside the local radius.

@@ -1,8 +1,8 @@
-//! Every choice of the filter as a named parameter, and the two profiles.
+//! Every choice of the filter as a named parameter, and the profiles.
 
 use serde::{Deserialize, Serialize};
 
-/// The two filters that ship.
+/// The filters that ship.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Profile {
@@ -11,6 +11,8 @@ pub enum Profile {
     Paper,
     /// Ours: Bernoulli survival, side test on rejection, veto, uniform search of empty lobes.
     Plus,
+    /// For surfaces that fill the lobes: particles weighed against tracked wall segments.
+    Wall,
 }
 
 impl Profile {
@@ -20,6 +22,7 @@ impl Profile {
         match self {
             Self::Paper => FilterParameters::PAPER,
             Self::Plus => FilterParameters::PLUS,
+            Self::Wall => FilterParameters::WALL,
         }
     }
 }
@@ -34,6 +37,10 @@ pub enum SurvivalRule {
     /// Each particle survives with probability of its own weight. Absolute, one
     /// pass, independent of the order of the particles.
     Bernoulli,
+    /// The same, with weights from the wall segments that a tracker fits to all readings
+    /// of the last steps ([`WallParameters`](super::WallParameters)), and a gate in
+    /// travel: one step per 10 mm.
+    BernoulliOnWalls,
 }
 
 /// Where Algorithm 2 searches in the lobe of a sensor that has nothing in range.
@@ -113,6 +120,14 @@ impl FilterParameters {
     };
 }
 
+impl FilterParameters {
+    /// The profile `wall`: a gate of 50 mm of travel and at least two survivals.
+    pub const WALL: Self = Self {
+        survival: SurvivalRule::BernoulliOnWalls,
+        ..Self::PLUS
+    };
+}
+
 impl Default for FilterParameters {
     fn default() -> Self {
         Self::PAPER
@@ -189,8 +204,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_profiles_are_legal() {
-        for profile in [Profile::Paper, Profile::Plus] {
+    fn all_profiles_are_legal() {
+        for profile in [Profile::Paper, Profile::Plus, Profile::Wall] {
             assert_eq!(profile.parameters().validate(), Ok(()));
         }
     }

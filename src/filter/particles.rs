@@ -1,6 +1,6 @@
 //! The particle set: eight bytes per particle, structure of arrays, fixed capacity.
 
-use super::Evaluation;
+use super::{Evaluation, SegmentModel, SegmentTracker};
 use crate::checksum::Digest;
 use crate::geometry::Point;
 use crate::math;
@@ -20,6 +20,11 @@ pub struct ParticleSet<const N: usize> {
     weight: [u16; N],
     epoch: [u8; N],
     flags: [u8; N],
+    /// Without segments but in the profile `wall`. Here, since what is not in the set
+    /// goes over the stack when a node is made.
+    pub(super) tracker: SegmentTracker,
+    /// What the tracker needs; made in its first step.
+    pub(super) segment_model: Option<SegmentModel>,
 }
 
 impl<const N: usize> ParticleSet<N> {
@@ -35,6 +40,8 @@ impl<const N: usize> ParticleSet<N> {
             weight: [0; N],
             epoch: [0; N],
             flags: [0; N],
+            tracker: SegmentTracker::new(),
+            segment_model: None,
         }
     }
 
@@ -43,6 +50,7 @@ impl<const N: usize> ParticleSet<N> {
         self.epoch.fill(0);
         self.x.fill(0);
         self.y.fill(0);
+        self.tracker.reset();
     }
 
     /// Those of the first `active` slots that have a particle, in slot order.
@@ -174,6 +182,13 @@ impl Slot<'_> {
         epoch
     }
 
+    /// Counts so many survived steps more and returns the new epoch, which stops at 254.
+    #[inline]
+    pub(super) fn advance_epoch_by(&mut self, steps: u8) -> u8 {
+        *self.epoch = self.epoch.saturating_add(steps);
+        self.epoch.saturating_sub(1)
+    }
+
     #[inline]
     pub(super) fn weight(&self) -> u16 {
         *self.weight
@@ -209,7 +224,9 @@ mod tests {
 
     #[test]
     fn a_particle_takes_eight_bytes() {
-        assert_eq!(core::mem::size_of::<ParticleSet<1000>>(), 8000);
+        let bytes =
+            core::mem::size_of::<ParticleSet<2000>>() - core::mem::size_of::<ParticleSet<1000>>();
+        assert_eq!(bytes, 8000);
     }
 
     #[test]

@@ -41,7 +41,7 @@ impl<'a> Resampler<'a> {
     pub(super) fn new(parameters: &'a FilterParameters, tally: &Tally, rng: &mut impl Rng) -> Self {
         let total = u64::from(tally.weight_sum);
         let rule = match parameters.survival {
-            SurvivalRule::Bernoulli => Rule::Bernoulli,
+            SurvivalRule::Bernoulli | SurvivalRule::BernoulliOnWalls => Rule::Bernoulli,
             SurvivalRule::Systematic => Rule::Systematic {
                 cumulative: 0,
                 pointer: (u64::from(rng.next_u32()) * total) >> 32,
@@ -59,6 +59,22 @@ impl<'a> Resampler<'a> {
     pub(super) fn resample(&mut self, particle: &mut Slot<'_>, rng: &mut impl Rng) -> Outcome {
         if self.selects(particle.weight(), rng) {
             Outcome::of_survivor(self.parameters, particle.advance_epoch())
+        } else {
+            particle.clear();
+            Outcome::of_rejected(self.parameters, particle.flags())
+        }
+    }
+
+    /// The same, with a survival that is worth so many steps of the gate.
+    #[inline]
+    pub(super) fn resample_by(
+        &mut self,
+        particle: &mut Slot<'_>,
+        epochs: u8,
+        rng: &mut impl Rng,
+    ) -> Outcome {
+        if self.selects(particle.weight(), rng) {
+            Outcome::of_survivor(self.parameters, particle.advance_epoch_by(epochs))
         } else {
             particle.clear();
             Outcome::of_rejected(self.parameters, particle.flags())

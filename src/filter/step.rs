@@ -3,9 +3,13 @@
 use super::propagate::InverseKinematics;
 use super::resample::Resampler;
 use super::tally::Tally;
-use super::{Model, Outcome, ParticleSet, Scan};
+use super::wall_scan::WallScan;
+use super::{
+    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentTracker, WallParameters, WallSegment,
+};
+use crate::checksum::Digest;
 use crate::geometry::{Motion, Point};
-use crate::model::{Reading, SENSORS};
+use crate::model::{Reading, SENSORS, Sample};
 use crate::random::Generator;
 
 /// The inverse particle filter over a borrowed particle set.
@@ -25,6 +29,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
     /// The first step draws the particles. An `active` above N means N.
     pub fn new(particles: &'a mut ParticleSet<N>, active: usize, seed: u64) -> Self {
         particles.clear();
+        particles.segment_model = None;
         Self {
             particles,
             active: active.min(N),
@@ -47,6 +52,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.particles.clear();
         self.active = active.min(N);
         self.rng = Generator::seeded(seed);
+        self.particles.segment_model = None;
     }
 
     /// Lowers the number of active slots; a higher number changes nothing.
@@ -59,10 +65,60 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         self.particles.clear();
     }
 
-    /// The digest of the set, see [`ParticleSet::digest`].
+    /// The digest of the set, see [`ParticleSet::digest`], with the wall segments if
+    /// there are any.
     #[must_use]
     pub fn digest(&self) -> u32 {
-        self.particles.digest(self.active)
+        let particles = self.particles.digest(self.active);
+        if self.particles.tracker.is_idle() {
+            return particles;
+        }
+        let mut digest = Digest::default();
+        digest.update(particles);
+        self.particles.tracker.update(&mut digest);
+        digest.value()
+    }
+
+    /// The wall segments; none but in the profile `wall`.
+    #[must_use]
+    pub fn segments(&self) -> &[WallSegment] {
+        self.particles.tracker.segments()
+    }
+
+    /// The tracker of the wall segments; it does nothing but in the profile `wall`.
+    #[must_use]
+    pub fn tracker(&self) -> &SegmentTracker {
+        &self.particles.tracker
+    }
+
+    /// Fits the wall segments to the samples of a step; to be called before
+    /// [`step_on_walls`](Self::step_on_walls). Nothing happens with the model of another
+    /// profile. `retired` receives the segments that are left behind, as in
+    /// [`SegmentTracker::step`].
+    ///
+    /// Apart from the step, so that the stack holds the fit or the scan, not both.
+    #[inline(never)]
+    pub fn track(
+        &mut self,
+        model: &Model,
+        motion: &Motion,
+        samples: &[Sample; SENSORS],
+        retired: &mut impl FnMut(&WallSegment),
+    ) {
+        if let Some(walls) = model.walls {
+            let ParticleSet {
+                tracker,
+                segment_model,
+                ..
+            } = &mut *self.particles;
+            if segment_model.is_none() {
+                prepare(segment_model, walls, model);
+            }
+            let Some(segments) = segment_model else {
+                return;
+            };
+            tracker.step(segments, motion, samples, retired);
+        }
     }
 
     /// Positions and epochs of the live particles, in slot order.
@@ -118,6 +174,60 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         }
         tally
     }
+
+    /// The step of the profile `wall`: as [`step`](Self::step) with the weights and draws
+    /// of the wall segments, and a gate in travel.
+    ///
+    /// Nothing happens with the model of another profile. A function of its own: the
+    /// other profiles keep their code and its speed.
+    #[inline(never)]
+    pub fn step_on_walls(
+        &mut self,
+        model: &Model,
+        motion: &Motion,
+        readings: &[Reading; SENSORS],
+        report: &mut impl FnMut((i16, i16), Outcome),
+    ) -> Tally {
+        let mut tally = Tally::default();
+        let scan = Scan::new(model, readings);
+        let Some(scan) = WallScan::new(model, self.particles, scan) else {
+            return tally;
+        };
+        let kinematics = InverseKinematics::new(model, motion);
+        for mut particle in self.particles.live_slots(self.active) {
+            let position = kinematics.sample(particle.position(), &mut self.rng);
+            if model.is_outside(position) {
+                particle.clear();
+                tally.departed += 1;
+                continue;
+            }
+            particle.place(position);
+            particle.set_evaluation(&scan.weigh(position));
+            tally.add_weight(particle.weight());
+        }
+        let mut resampler = Resampler::new(&model.parameters, &tally, &mut self.rng);
+        let epochs = scan.epochs(motion.displacement.norm());
+        for mut particle in self.particles.slots(self.active) {
+            if particle.is_live() {
+                let outcome = resampler.resample_by(&mut particle, epochs, &mut self.rng);
+                tally.count(outcome, particle.position());
+                report(particle.units(), outcome);
+            }
+            if !particle.is_live()
+                && let Some(position) = scan.draw(&mut self.rng)
+            {
+                particle.fill(position);
+            }
+        }
+        tally
+    }
+}
+
+/// Makes what the tracker needs, apart from the step: it takes 3 kB of stack.
+#[inline(never)]
+fn prepare(segments: &mut Option<SegmentModel>, walls: &WallParameters, model: &Model) {
+    let made = SegmentModel::of_mounts(walls.segments, &model.photometry, &model.mounts);
+    *segments = Some(made);
 }
 
 #[cfg(test)]
@@ -125,7 +235,7 @@ mod tests {
     use super::*;
     use crate::filter::{FilterParameters, Profile};
     use crate::geometry::{Angle, Pose};
-    use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
+    use crate::model::{DifferentialDrive, Photometry, Ring};
 
     const N: usize = 800;
 

@@ -42,6 +42,8 @@ impl Evaluation {
 /// One usable sensor's reading, prepared for a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
+    /// Index on the ring.
+    pub(crate) sensor: usize,
     pub(crate) mount: Mount,
     pub(crate) echo: RangeEstimate,
     /// Whether the echo is a surface; otherwise it is the limit of an empty lobe.
@@ -66,13 +68,15 @@ impl Scan {
     pub fn new(model: &Model, readings: &[Reading; SENSORS]) -> Self {
         let mut beams = [None; SENSORS];
         let mut usable = Vec::new();
-        for ((beam, mount), reading) in beams.iter_mut().zip(&model.mounts).zip(readings) {
+        let mounts = model.mounts.iter().enumerate();
+        for ((beam, (sensor, mount)), reading) in beams.iter_mut().zip(mounts).zip(readings) {
             let (echo, surface) = match *reading {
                 Reading::Range(echo) => (echo, true),
                 Reading::NothingInRange(limit) => (limit, false),
                 Reading::TooClose | Reading::Faulty => continue,
             };
             let prepared = Beam {
+                sensor,
                 mount: *mount,
                 echo,
                 surface,
@@ -87,6 +91,12 @@ impl Scan {
     /// The usable sensors.
     pub(crate) fn usable(&self) -> &[Beam] {
         &self.usable
+    }
+
+    /// The reading of a sensor, if it is usable.
+    #[inline]
+    pub(super) fn beam(&self, sensor: usize) -> Option<&Beam> {
+        self.beams.get(sensor).and_then(Option::as_ref)
     }
 
     /// Weighs a place of the body frame.

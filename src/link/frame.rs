@@ -7,7 +7,7 @@ use super::{Message, MessageRef};
 use crate::checksum::CRC;
 
 /// The longest frame on the line, its zero byte included.
-pub const MAX_FRAME: usize = 128;
+pub const MAX_FRAME: usize = 144;
 
 /// Bytes before the message: boot id (1), sequence number (2).
 const HEADER: usize = 3;

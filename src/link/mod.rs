@@ -21,7 +21,7 @@ pub use message::{FAULTS_CHUNK, Message, MessageRef, SCENARIO_CHUNK, TruthMessag
 pub use report::{BoardStatus, Boot, Status};
 
 /// Version of the messages, sent in every boot message.
-pub const WIRE_VERSION: u8 = 3;
+pub const WIRE_VERSION: u8 = 4;
 
 /// Inputs that a board takes ahead of their answers.
 pub const WINDOW: u8 = 8;

@@ -11,7 +11,7 @@ use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Message, MessageRef};
-use crate::node::{Config, Event, Input};
+use crate::node::{Config, Event, Input, Walls};
 
 /// Group of the messages that a host sends; a board repeats its own inputs in it.
 const TO_BOARD: u8 = 0;
@@ -86,6 +86,7 @@ fn serialize_event<S: Serializer>(event: &Event, serializer: S) -> Result<S::Ok,
         Event::Particles(particles) => (FROM_BOARD, 3_u8, particles).serialize(serializer),
         Event::StepDone(step) => (FROM_BOARD, 4_u8, step).serialize(serializer),
         Event::OdometryReset { stamp_us } => (FROM_BOARD, 7_u8, stamp_us).serialize(serializer),
+        Event::Walls(walls) => (FROM_BOARD, 12_u8, walls).serialize(serializer),
     }
 }
 
@@ -170,6 +171,11 @@ fn from_board<'de, A: SeqAccess<'de>>(parts: &mut A) -> Result<Message, A::Error
         9 => Message::Offsets(next(parts)?),
         10 => Message::PostMortem(next(parts)?),
         11 => Message::Supervision(next(parts)?),
+        12 => {
+            let walls: Walls = next(parts)?;
+            walls.check().map_err(A::Error::custom)?;
+            Message::Event(Event::Walls(walls))
+        }
         _ => return Err(A::Error::custom("no such message from a board")),
     })
 }

@@ -23,7 +23,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Reading, Sample};
+use super::{Gain, Reading, Sample};
 use crate::math;
 
 /// Parameters of the photometric law, for one kind of sensor and surface.
@@ -66,6 +66,17 @@ impl Photometry {
         x_max_m: 0.20,
         theta_max_rad: 60.0 * core::f32::consts::PI / 180.0,
     };
+
+    /// The same law for a sensor of the given gain: alpha times the gain.
+    ///
+    /// A gain of 1 changes no bit.
+    #[must_use]
+    pub fn with_gain(&self, gain: Gain) -> Self {
+        Self {
+            alpha_counts_m2: self.alpha_counts_m2 * gain.ratio(),
+            ..*self
+        }
+    }
 
     /// C(theta) = cos(xi theta), the relative signal off the axis; `None` where it is
     /// not positive or the bearing is not a number.

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::filter::{FilterParameters, Model, ParameterError, Profile};
-use crate::model::{DifferentialDrive, Photometry, Ring, SensorMask};
+use crate::math;
+use crate::model::{
+    DifferentialDrive, Gain, Photometry, Reading, Ring, SENSORS, Sample, SensorMask,
+};
 
 /// When the filter steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +76,8 @@ pub struct Config {
     pub choice: SampleSelection,
     /// Who reads the sensors and the odometry; nothing to the filter.
     pub source: Source,
+    /// Gain of each sensor relative to the law's alpha.
+    pub gains: [Gain; SENSORS],
 }
 
 impl Config {
@@ -91,6 +96,7 @@ impl Config {
             drive: DifferentialDrive::AMIRO,
             choice: SampleSelection::Newest,
             source: Source::Link,
+            gains: [Gain::ONE; SENSORS],
         }
     }
 
@@ -104,6 +110,34 @@ impl Config {
     #[must_use]
     pub fn model(&self) -> Model {
         Model::new(self.parameters, self.photometry, &self.ring, self.drive)
+    }
+
+    /// The readings of samples, each by the law of its own sensor.
+    #[must_use]
+    pub fn readings(&self, samples: &[Sample; SENSORS]) -> [Reading; SENSORS] {
+        let mut readings = [Reading::Faulty; SENSORS];
+        let sensors = samples.iter().zip(&self.gains);
+        for (reading, (sample, gain)) in readings.iter_mut().zip(sensors) {
+            *reading = self.photometry.with_gain(*gain).read(*sample);
+        }
+        readings
+    }
+
+    /// The samples as sensors with a gain of 1 would have delivered them, to a whole count;
+    /// those of a gain of 1 are unchanged.
+    #[must_use]
+    pub fn samples_at_gain_one(&self, samples: &[Sample; SENSORS]) -> [Sample; SENSORS] {
+        let beta_counts = self.photometry.beta_counts;
+        let mut normalised = *samples;
+        for (sample, gain) in normalised.iter_mut().zip(&self.gains) {
+            if let Sample::Counts(counts) = sample
+                && *gain != Gain::ONE
+            {
+                let signal = (*counts as f32 - beta_counts) / gain.ratio();
+                *counts = math::round_to_i32(signal + beta_counts);
+            }
+        }
+        normalised
     }
 
     /// Checks every field against its range.
@@ -141,7 +175,9 @@ impl Config {
             (0.01..=1.0).contains(&self.drive.track_m),
             "track_m",
             "0.01 to 1 m",
-        )
+        )?;
+        let are_legal = self.gains.iter().all(|gain| gain.is_legal());
+        unless(are_legal, "gains", "0.25 to 4")
     }
 }
 
@@ -195,6 +231,35 @@ mod tests {
     fn defaults_are_legal_and_use_eight_thousand_particles() {
         assert_eq!(Config::default().validate(), Ok(()));
         assert_eq!(Config::default().particles(), 8000);
+    }
+
+    #[test]
+    fn a_gain_moves_the_range_of_its_sensor_alone_and_a_gain_of_one_changes_no_bit() {
+        let good = Config::default();
+        let mut config = good;
+        config.gains[2] = Gain::of(1.21).unwrap();
+        for counts in [-30, 8, 40, 110, 361, 5000] {
+            let samples = [Sample::Counts(counts); SENSORS];
+            let plain = good.readings(&samples);
+            assert_eq!(plain, samples.map(|sample| good.photometry.read(sample)));
+            let gained = config.readings(&samples);
+            for (sensor, (one, other)) in plain.iter().zip(&gained).enumerate() {
+                if sensor != 2 {
+                    assert_eq!(one, other);
+                } else if let (Reading::Range(one), Reading::Range(other)) = (one, other) {
+                    // The same counts come from sqrt(1.21) times as far.
+                    assert!((other.range_m / one.range_m - 1.1).abs() < 1e-4);
+                }
+            }
+        }
+        // The limit is the same range for every sensor.
+        let dark = config.readings(&[Sample::Counts(-16); SENSORS]);
+        for reading in dark {
+            let Reading::NothingInRange(limit) = reading else {
+                unreachable!("{reading:?}");
+            };
+            assert!((limit.range_m - config.photometry.x_max_m).abs() < 1e-6);
+        }
     }
 
     #[test]
@@ -260,6 +325,13 @@ mod tests {
                     ..good
                 },
                 "track_m",
+            ),
+            (
+                Config {
+                    gains: [Gain::from_code(0); SENSORS],
+                    ..good
+                },
+                "gains",
             ),
         ];
         for (config, parameter) in cases {

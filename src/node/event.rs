@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::Config;
+use super::{Config, Walls};
 use crate::filter::Outcome;
 use crate::geometry::{Point, Pose};
 use crate::model::{SENSORS, Sample};
@@ -19,6 +19,9 @@ pub enum Event {
     Configured(Config),
     /// A step begins: what it consumes.
     StepBegun(StepBegun),
+    /// The wall segments that are tracked, between the begin of a step and its particles;
+    /// in the profile `wall` only.
+    Walls(Walls),
     /// Outcomes of some of the step's particles, in slot order.
     Particles(Particles),
     /// The step is done: its counts and its digest.

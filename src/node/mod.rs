@@ -21,6 +21,7 @@ mod step_scheduler;
 mod step_trigger;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 pub use config::{Config, SampleSelection, Source, StepRule};
 pub use event::{BATCH, Event, ParticleEvent, Particles, StepBegun, StepDone};
@@ -33,3 +34,4 @@ pub use seed::SeedSource;
 pub use status::{NodeStatus, Obstacle};
 pub use step_scheduler::{Scheduled, StepInput, StepScheduler};
 pub use step_trigger::StepTrigger;
+pub use walls::{TrackedWall, Walls};

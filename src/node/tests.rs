@@ -19,6 +19,7 @@ fn fed(node: &mut Node<'_, 160>, inputs: &[Input]) -> String {
             kinds.push(match event {
                 Event::Configured(_) => 'C',
                 Event::StepBegun(_) => 'b',
+                Event::Walls(_) => 'w',
                 Event::Particles(_) => 'p',
                 Event::StepDone(_) => 'd',
                 _ => '?',
@@ -57,6 +58,29 @@ fn first_reading_steps_and_then_every_ten_millimetres() {
         .flat_map(|row| at(24_000 + row * 8_000, 0.0101 + row as f32 * 1e-3, 0.0))
         .collect();
     assert_eq!(steps(&fed(&mut node, &way)), 9);
+}
+
+#[test]
+fn walls_come_once_per_step_of_the_profile_wall_ahead_of_the_particles() {
+    let mut set = ParticleSet::new();
+    let mut node = Node::new(&mut set);
+    let config = Config {
+        parameters: Profile::Wall.parameters(),
+        ..config()
+    };
+    fed(&mut node, &[Input::Configure(config)]);
+    let mut kinds = String::new();
+    for step in 0..3_u8 {
+        let x = 0.0101 * f32::from(step);
+        kinds += &fed(&mut node, &at(1_000_000 * u64::from(step), x, 0.0));
+    }
+    let letters: Vec<&str> = kinds.split_inclusive('d').collect();
+    assert_eq!(letters.len(), 3, "{kinds}");
+    for letters in letters {
+        let particles = letters.trim_start_matches("bw").trim_end_matches('d');
+        assert!(letters.starts_with("bw"), "{kinds}");
+        assert!(particles.chars().all(|kind| kind == 'p'), "{kinds}");
+    }
 }
 
 #[test]
@@ -336,4 +360,50 @@ fn a_limit_holds_until_the_next_configuration() {
 fn a_node_cuts_its_first_configuration_to_its_capacity() {
     let mut set = ParticleSet::<80>::new();
     assert_eq!(Node::new(&mut set).config().particles(), 80);
+}
+
+#[test]
+fn the_profile_wall_has_segments_beside_a_wall_and_their_state_is_in_the_digest() {
+    let mut set = ParticleSet::<800>::new();
+    let mut node = Node::new(&mut set);
+    let config = Config {
+        particles_per_sensor: 100,
+        ..Config::amiro(Profile::Wall)
+    };
+    let law = crate::model::WallLaw::of(&config.photometry);
+    let drive = |node: &mut Node<'_, 800>| {
+        let mut digests = Vec::new();
+        node.handle(&Input::Configure(config), &mut |_| {}).unwrap();
+        for millimetre in 0..=200_u16 {
+            let stamp_us = u64::from(millimetre) * 12_500;
+            let x = f32::from(millimetre) * 1e-3;
+            let pose = Pose::new(x, 0.0, 0.0);
+            let samples = core::array::from_fn(|sensor| {
+                let mount = config.ring.mount(sensor);
+                let wall = [-0.3, 0.5]
+                    .map(|end| mount.sensor_from_body(crate::geometry::Point::new(end - x, 0.11)));
+                let counts = law.signal(&[wall]) + law.beta_counts();
+                Sample::Counts(crate::math::round_to_i32(counts))
+            });
+            let mut emit = |event: &Event| {
+                if let Event::StepDone(done) = event {
+                    digests.push(done.digest);
+                }
+            };
+            node.handle(&Input::Odometry { stamp_us, pose }, &mut emit)
+                .unwrap();
+            node.handle(&Input::Proximity { stamp_us, samples }, &mut emit)
+                .unwrap();
+        }
+        digests
+    };
+    let first = drive(&mut node);
+    let segments = node.filter().segments();
+    assert_eq!(segments.len(), 1, "{segments:?}");
+    for end in segments[0].ends() {
+        assert!((end.y - 0.11).abs() < 2e-3, "{segments:?}");
+    }
+    assert_eq!(first.len(), 21);
+    // Configured again it starts again, the tracker included.
+    assert_eq!(first, drive(&mut node));
 }

@@ -25,11 +25,13 @@ use amiro_ipf::link::{
     BoardStatus, Boot, Decoder, Encoder, FAULTS_CHUNK, Frame, FrameError, MAX_FRAME, Message,
     Received, SCENARIO_CHUNK, Status, TruthMessage, WINDOW, WIRE_VERSION,
 };
-use amiro_ipf::model::{DifferentialDrive, Photometry, Ring, Sample, SensorMask, WheelSpeeds};
+use amiro_ipf::model::{
+    DifferentialDrive, Gain, Photometry, Ring, Sample, SensorMask, WheelSpeeds,
+};
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_GAP_US, MAX_SPEED_M_PER_S, MAX_TURN_RAD_PER_S};
 use amiro_ipf::node::{
     BATCH, Config, Event, Input, InputError, Node, NodeStatus, Obstacle, ParticleEvent, Particles,
-    SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule,
+    SampleSelection, SeedSource, Source, StepBegun, StepDone, StepRule, TrackedWall, Walls,
 };
 use amiro_ipf::random::{Generator, uniform_below};
 use proptest::prelude::*;
@@ -67,6 +69,7 @@ fn kind(message: &Message) -> &'static str {
         Message::Event(Event::Configured(_)) => "Configured",
         Message::Event(Event::StepBegun(_)) => "StepBegun",
         Message::Event(Event::Particles(_)) => "Particles",
+        Message::Event(Event::Walls(_)) => "Walls",
         Message::Event(Event::StepDone(_)) => "StepDone",
         Message::Answer { .. } => "Answer",
         Message::Status(_) => "Status",
@@ -151,6 +154,34 @@ fn example_batch(count: i16) -> Particles {
                 ParticleEvent::new(place, OUTCOMES[i as usize % 4])
             })
             .collect(),
+    }
+}
+
+/// Two walls in front of a robot that is 20 m left of the origin, one that is out of
+/// reach, one that was left behind.
+fn example_walls() -> Walls {
+    let seen = [
+        TrackedWall {
+            id: 3,
+            ends: [[240, 7512], [-160, 7514]],
+            along: [9, 255],
+            across: [3, 2],
+            evidence: 255,
+        },
+        TrackedWall {
+            id: 300,
+            ends: [[-200, 7300], [-198, 7420]],
+            along: [40, 41],
+            across: [6, 12],
+            evidence: 0,
+        },
+    ];
+    Walls {
+        index: 263,
+        block: [0, 1],
+        seen: seen.into_iter().collect(),
+        out_of_reach: [1].into_iter().collect(),
+        left: [0].into_iter().collect(),
     }
 }
 
@@ -330,11 +361,13 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         text: b"s3=off@5s".iter().copied().collect(),
     };
     let truth_since_2 = [("truth-faults", Message::Truth(truth_since_2))];
+    let wall = Message::Input(Input::Configure(Config::amiro(Profile::Wall)));
+    let host_since_4 = [("configure-wall", wall)];
     let board = [
         (
             "boot",
             Message::Boot(Boot {
-                wire_version: 3,
+                wire_version: 4,
                 build_id: 0x0123_4567_89ab_cdef,
                 capacity: 8000,
                 window: 8,
@@ -435,12 +468,14 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
                 stack_unused: 12_000,
             }),
         ),
+        ("walls", Message::Event(Event::Walls(example_walls()))),
+        ("walls-none", Message::Event(Event::Walls(Walls::default()))),
     ];
     let from = |boot_id, first: u16| {
         move |(place, (name, message))| (name, boot_id, first + place as u16, message)
     };
     let from_host = host.into_iter().chain(truth).chain(host_since_2);
-    let from_host = from_host.chain(truth_since_2);
+    let from_host = from_host.chain(truth_since_2).chain(host_since_4);
     let from_host = from_host.enumerate().map(from(0xa5, 0));
     let from_board = board.into_iter().enumerate().map(from(3, 254));
     // A session that does not begin at 0.
@@ -449,9 +484,15 @@ fn golden_messages() -> Vec<(&'static str, u8, u16, Message)> {
         input: 0x9c41,
         refused: None,
     };
+    let ratios = [1.08, 0.92, 1.0, 1.1, 0.95, 0.25, 4.0, 0.88];
+    let gains = Message::Input(Input::Configure(Config {
+        gains: ratios.map(|ratio| Gain::of(ratio).unwrap()),
+        ..Config::amiro(Profile::Plus)
+    }));
     let session = [
         ("hello-session", 0xa5, 0x9c41, hello),
         ("answer-session", 3, 300, answer),
+        ("configure-gains", 0xa5, 0x9c42, gains),
     ];
     from_host.chain(from_board).chain(session).collect()
 }
@@ -502,13 +543,24 @@ fn golden_frames_decode_to_their_messages_and_encode_to_their_bytes() {
 
 #[test]
 fn f69_frames_of_older_versions_that_changed_are_refused_and_their_boot_can_be_read() {
-    let changed: [(u8, &str, &[&str]); 2] = [
+    let changed: [(u8, &str, &[&str]); 3] = [
         (
             1,
             "golden-1",
             &["configure-paper", "configure-plus", "boot", "configured"],
         ),
         (2, "golden-2", &["boot", "status", "status-first"]),
+        (
+            3,
+            "golden-3",
+            &[
+                "configure-paper",
+                "configure-plus",
+                "boot",
+                "configured",
+                "configured-board",
+            ],
+        ),
     ];
     for (version, block, names) in changed {
         let old = golden_bytes(block);
@@ -561,6 +613,55 @@ fn particle_event_of_the_document_has_its_three_bytes() {
     // Exact in half millimetres; in metres to single precision.
     let error = event.position() - Point::new(0.1235, -0.04);
     assert!(error.norm() < 1e-7, "{error:?}");
+}
+
+#[test]
+fn walls_of_the_document_have_their_bytes_and_places() {
+    let walls = example_walls();
+    let payload = payload_of(&Message::Event(Event::Walls(walls.clone())));
+    let (head, rest) = payload.split_at(7);
+    // 263 is 2 x 128 + 7; one block is zigzag 2; two walls have 30 bytes.
+    assert_eq!(head, [1, 12, 0x87, 0x02, 0, 2, 30]);
+    let (first, rest) = rest.split_at(15);
+    assert_stated([hex_spaced(first)]);
+    assert_eq!(rest[15..], [1, 1, 1, 0]);
+    // x 240 and y 32768 + 7512 half millimetres.
+    assert_eq!(walls.ends_half_mm(&walls.seen[0])[0], [240, 40_280]);
+    assert_stated(["(0.120 m, 20.140 m)".to_owned()]);
+}
+
+fn hex_spaced(bytes: &[u8]) -> String {
+    let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    bytes.join(" ")
+}
+
+#[test]
+fn walls_alone_fit_a_line_of_9600_baud_at_eight_hertz() {
+    let longest = longest_frame("Walls");
+    assert!(longest * 8 * 10 <= 9600, "{longest} bytes");
+    let six = Walls {
+        index: 263,
+        block: [0, 1],
+        seen: (0..6).map(wall_of).collect(),
+        ..Walls::default()
+    };
+    let length = |walls| frame_length(&Message::Event(Event::Walls(walls)));
+    assert_stated([
+        format!("without a segment {} bytes", length(Walls::default())),
+        format!("six within reach {} bytes", length(six)),
+        format!("{} baud", longest * 80),
+    ]);
+}
+
+/// A wall of a number.
+fn wall_of(id: u16) -> TrackedWall {
+    TrackedWall {
+        id,
+        ends: [[100, 200], [300, 400]],
+        along: [8, 9],
+        across: [2, 3],
+        evidence: 77,
+    }
 }
 
 #[test]
@@ -680,6 +781,7 @@ fn every_range_of_the_document_is_the_one_that_is_checked() {
         with(|c| c.ring.radius_m = -1.0),
         with(|c| c.ring.axis_rad[7] = 8.0),
         with(|c| c.drive.track_m = 0.0),
+        with(|c| c.gains[7] = Gain::from_code(4095)),
     ];
     for config in illegal {
         let error = config.validate().unwrap_err();
@@ -733,6 +835,10 @@ fn every_default_of_the_document_is_the_profiles() {
         row("track_m", |c| c.drive.track_m.to_string()),
         row("choice", |c| format!("{:?}", c.choice)),
         row("source", |c| format!("{:?}", c.source)),
+        row("gains", |c| {
+            let all_one = c.gains == [Gain::ONE; 8];
+            if all_one { "1 each" } else { "others" }.to_owned()
+        }),
     ]);
 }
 
@@ -939,6 +1045,7 @@ fn longest_messages() -> Vec<Message> {
         particles_per_sensor: u16::MAX,
         choice: SampleSelection::Median,
         source: Source::Board,
+        gains: [Gain::from_code(u16::MAX); 8],
         ..Config::amiro(Profile::Plus)
     };
     let node = NodeStatus {
@@ -996,6 +1103,13 @@ fn longest_messages() -> Vec<Message> {
             samples,
         })),
         Message::Event(Event::Particles(example_batch(BATCH as i16))),
+        Message::Event(Event::Walls(Walls {
+            index: u32::MAX,
+            block: [i16::MIN; 2],
+            seen: (0xfff0..0xfff6).map(wall_of).collect(),
+            out_of_reach: Walls::default().out_of_reach,
+            left: [u16::MAX].into_iter().collect(),
+        })),
         Message::Event(Event::StepDone(StepDone {
             index: u32::MAX,
             digest: u32::MAX,
@@ -1140,12 +1254,13 @@ fn any_config() -> impl Strategy<Value = Config> {
     let source = prop::sample::select(&[Source::Link, Source::Board][..]);
     let floats = prop::collection::vec(any_float(), 22);
     let numbers = any::<(u64, u16, u8)>();
-    (numbers, step_rule, choices, (choice, source), floats).prop_map(
+    let codes = any::<[u16; 8]>();
+    (numbers, step_rule, choices, (choice, source, codes), floats).prop_map(
         |(
             (seed, particles_per_sensor, mask),
             step_rule,
             (survival, draw, side_test, gate),
-            (choice, source),
+            (choice, source, codes),
             f,
         )| {
             let parameters = FilterParameters {
@@ -1191,6 +1306,7 @@ fn any_config() -> impl Strategy<Value = Config> {
                 drive: DifferentialDrive { track_m: f[21] },
                 choice,
                 source,
+                gains: std::array::from_fn(|sensor| Gain::from_code(codes[sensor])),
             }
         },
     )
@@ -1230,6 +1346,36 @@ fn any_particles() -> impl Strategy<Value = Particles> {
     (any::<u8>(), prop::collection::vec(event, 0..=BATCH)).prop_map(|(step, outcomes)| Particles {
         step,
         outcomes: outcomes.into_iter().collect(),
+    })
+}
+
+/// Up to six tracked walls with different numbers, and as many left ones as there can be.
+fn any_walls() -> impl Strategy<Value = Walls> {
+    let wall = any::<([i16; 2], [i16; 2], [u8; 2], [u8; 2], u8)>()
+        .prop_filter("a wall has a length", |(from, to, ..)| from != to);
+    let seen = prop::collection::vec(wall, 0..=6);
+    let others = any::<(u32, [i16; 2], u16, [u16; 7], u8, u8)>();
+    (seen, others).prop_map(|(seen, (index, block, first, left, frozen, gone))| {
+        let free = 6 - seen.len();
+        let frozen = usize::from(frozen) % (free + 1);
+        let gone = usize::from(gone) % (7 - seen.len() - frozen).min(6).saturating_add(1);
+        let id = |place: usize| first.wrapping_add(1000 * place as u16);
+        let tracked = seen.len();
+        let walls = seen.into_iter().enumerate();
+        let walls = walls.map(|(place, (from, to, along, across, evidence))| TrackedWall {
+            id: id(place),
+            ends: [from, to],
+            along,
+            across,
+            evidence,
+        });
+        Walls {
+            index,
+            block,
+            seen: walls.collect(),
+            out_of_reach: (tracked..tracked + frozen).map(id).collect(),
+            left: left.into_iter().take(gone).collect(),
+        }
     })
 }
 
@@ -1406,6 +1552,7 @@ fn any_message_of_a_board() -> impl Strategy<Value = Message> {
         any_config().prop_map(|config| Event::Configured(config).into()),
         begun.prop_map(|step| Event::StepBegun(step).into()),
         any_particles().prop_map(|batch| Event::Particles(batch).into()),
+        any_walls().prop_map(|walls| Event::Walls(walls).into()),
         done.prop_map(|step| Event::StepDone(step).into()),
         (any::<u16>(), any_fault()).prop_map(|(input, refused)| Message::Answer { input, refused }),
         any_status().prop_map(Message::Status),
@@ -1435,7 +1582,7 @@ fn any_message() -> impl Strategy<Value = Message> {
     ];
     prop_oneof![
         7 => any_message_to_a_board(),
-        10 => any_message_of_a_board(),
+        11 => any_message_of_a_board(),
         4 => truth.prop_map(Message::Truth),
     ]
 }
@@ -1469,7 +1616,7 @@ proptest! {
     fn arbitrary_payloads_in_good_frames_never_panic(
         payload in prop::collection::vec(any::<u8>(), 0..=117),
         lead in 0..3_u8,
-        variant in 0..11_u8,
+        variant in 0..14_u8,
     ) {
         let bytes = frame_by_the_document(1, 2, &[&[lead, variant], &payload[..]].concat());
         match decode(&bytes) {
@@ -1488,7 +1635,7 @@ fn what_is_no_message_of_this_version_is_refused() {
         ("no payload", &[]),
         ("unknown kind", &[3, 0]),
         ("unknown input", &[0, 8]),
-        ("unknown event", &[1, 12]),
+        ("unknown event", &[1, 13]),
         ("unknown truth", &[2, 4]),
         ("unknown fault", &[1, 5, 0, 1, 12]),
         ("a Calibrate with a field", &[0, 6, 0]),
@@ -1501,6 +1648,53 @@ fn what_is_no_message_of_this_version_is_refused() {
     for (name, payload) in cases {
         let frame = frame_by_the_document(1, 2, payload);
         assert_eq!(decode(&frame), Err(FrameError::NotAMessage), "{name}");
+    }
+}
+
+#[test]
+fn walls_that_no_board_tracks_are_refused() {
+    let decoded = |walls: &Walls| {
+        let payload = payload_of(&Message::Event(Event::Walls(walls.clone())));
+        decode(&frame_by_the_document(1, 2, &payload)).map(drop)
+    };
+    let six = Walls {
+        seen: (0..6).map(wall_of).collect(),
+        ..Walls::default()
+    };
+    assert_eq!(decoded(&six), Ok(()));
+    let mut flat = six.clone();
+    flat.seen[2].ends[1] = flat.seen[2].ends[0];
+    let mut twice = six.clone();
+    twice.seen[5].id = 0;
+    let mut frozen_too = example_walls();
+    frozen_too.out_of_reach.push(3).unwrap();
+    let mut seven = six.clone();
+    seven.out_of_reach.push(9).unwrap();
+    let mut eight = six.clone();
+    eight.left.extend([7, 8]);
+    for (name, walls) in [
+        ("a wall without length", flat),
+        ("two walls of one number", twice),
+        ("one within and out of reach", frozen_too),
+        ("seven walls", seven),
+        ("eight numbers", eight),
+    ] {
+        assert_eq!(decoded(&walls), Err(FrameError::NotAMessage), "{name}");
+    }
+    // Lengths that are no multiple of a wall's, and more walls than the bytes can hold.
+    for bytes in [1, 14, 16, 7 * 15] {
+        let payload = [
+            &[1, 12, 0, 0, 0, bytes][..],
+            &vec![7; usize::from(bytes)],
+            &[0, 0],
+        ]
+        .concat();
+        let frame = frame_by_the_document(1, 2, &payload);
+        assert_eq!(
+            decode(&frame),
+            Err(FrameError::NotAMessage),
+            "{bytes} bytes"
+        );
     }
 }
 

@@ -3,10 +3,10 @@
 use amiro_ipf::model::Photometry;
 use serde::Serialize;
 
-use super::{CalibrationPoint, Parameter};
+use super::{CalibrationPoint, LawKind, Parameter};
 
 /// Standard deviation of rounding to whole counts: 1 / sqrt(12).
-const ROUNDING_COUNTS: f64 = 0.288_675;
+pub(super) const ROUNDING_COUNTS: f64 = 0.288_675;
 
 /// The origin of a parameter's value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -36,6 +36,8 @@ pub struct Estimate {
 /// A law fitted to a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
+    /// Which law.
+    pub law: LawKind,
     pub(super) estimates: Vec<Estimate>,
     pub(super) rows: Vec<(CalibrationPoint, f64)>,
     /// Root of the weighted mean of squared residuals, counts.

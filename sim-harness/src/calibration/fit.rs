@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::start::start;
-use super::{CalibrationPoint, Estimate, Fit, Fixed, Law, Origin, Parameter, Table};
+use super::{CalibrationPoint, Estimate, Fit, Fixed, Law, LawKind, Origin, Parameter, Table};
 
 /// Least distance of a column of derivatives from the span of those before it, as a share
 /// of its length; a nearer one is dependent.
@@ -54,7 +54,16 @@ pub enum FitError {
     NoConvergence(String),
 }
 
-/// Fits the photometric law to a table by weighted least squares.
+/// Fits the photometric law, that of small surfaces, to a table by weighted least squares:
+/// [`fit_law`] of [`LawKind::Point`].
+///
+/// # Errors
+/// A table that leaves alpha or beta open, a result that no configuration takes.
+pub fn fit(table: &Table, fixed: &Fixed) -> Result<Fit, FitError> {
+    fit_law(LawKind::Point, table, fixed)
+}
+
+/// Fits a law to a table by weighted least squares.
 ///
 /// The start is found: alpha and beta are linear, and xi and delta are searched over a grid
 /// before Levenberg-Marquardt. A parameter that the table does not determine is held at
@@ -64,7 +73,7 @@ pub enum FitError {
 ///
 /// # Errors
 /// A table that leaves alpha or beta open, a result that no configuration takes.
-pub fn fit(table: &Table, fixed: &Fixed) -> Result<Fit, FitError> {
+pub fn fit_law(kind: LawKind, table: &Table, fixed: &Fixed) -> Result<Fit, FitError> {
     let rows = table.rows();
     let mut held: Vec<(Parameter, String)> = Vec::new();
     let is_free = |parameter| fixed.value(parameter).is_none();
@@ -77,7 +86,7 @@ pub fn fit(table: &Table, fixed: &Fixed) -> Result<Fit, FitError> {
             .filter(|parameter| is_free(*parameter))
             .filter(|parameter| held.iter().all(|(other, _)| other != parameter))
             .collect();
-        match attempt(rows, fixed, &free)? {
+        match attempt(kind, rows, fixed, &free)? {
             Attempt::Found(law, errors) => return Ok(answer(&law, rows, fixed, &errors, &held)),
             Attempt::Open(parameter, why) => held.push((parameter, why)),
         }
@@ -112,6 +121,7 @@ fn must_differ_in_range(rows: &[CalibrationPoint]) -> Result<(), FitError> {
 }
 
 fn attempt<'t>(
+    kind: LawKind,
     rows: &'t [CalibrationPoint],
     fixed: &Fixed,
     free: &[Parameter],
@@ -129,7 +139,7 @@ fn attempt<'t>(
             }),
         };
     }
-    let start = start(rows, fixed, free);
+    let start = start(kind, rows, fixed, free);
     if let Some(parameter) = first_dependent(free, &start.weighted_slopes()) {
         if can_be_held(parameter) {
             let why = match parameter {
@@ -260,6 +270,7 @@ fn answer(
     };
     let weights: f64 = rows.iter().map(|row| row.weight).sum();
     Fit {
+        law: law.kind(),
         estimates: of_mean.chain([noise]).collect(),
         rows: rows.iter().map(|row| (*row, law.counts(row))).collect(),
         rms_counts: (law.squares() / weights).sqrt(),

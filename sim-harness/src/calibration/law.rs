@@ -1,8 +1,11 @@
-//! The photometric law as a least squares problem in some of its parameters.
+//! The laws of a sensor as a least squares problem in some of their parameters.
 
+use amiro_ipf::model::Photometry;
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 use super::{CalibrationPoint, Parameter};
+use crate::sensors::WallLaw;
 
 /// Least denominator of the law, share of x^2. A trial beyond the law's end then has a
 /// large finite residual and is refused.
@@ -17,12 +20,72 @@ const LAST_DAMPING: f64 = 1e12;
 /// end, where they lead nowhere.
 const MOST_STEPS: u32 = 1_000;
 
-/// s = beta + alpha C / (x^2 - delta C) with C = cos(xi theta), 0 outside the lobe.
+/// Step of the difference by which the wall law is differentiated by xi. The error is below
+/// 1e-5 of the derivative, near the poles of the closed form at xi = 1 too.
+const XI_STEP: f64 = 1e-4;
+
+/// What kind of surface a law is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LawKind {
+    /// A surface that is small in the lobe (paper, equation 5): C = cos(xi theta), 0
+    /// outside the lobe.
+    Point,
+    /// An endless wall under the law of [walls](crate::sensors::WallLaw): C = G(theta), the
+    /// return of a wall whose normal has the bearing theta, relative to that of a wall
+    /// square to the axis. The lobe ends at
+    /// [`Photometry::VCNL4020`](amiro_ipf::model::Photometry::VCNL4020)'s largest bearing.
+    Wall,
+}
+
+impl LawKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Point, Self::Wall];
+
+    /// The name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point law",
+            Self::Wall => "law of extended surfaces",
+        }
+    }
+
+    /// Return at a bearing relative to that on the axis (C).
+    fn directivity(self, xi: f64, angle_rad: f64) -> f64 {
+        let angle = (xi * angle_rad).abs();
+        match self {
+            Self::Point if angle < core::f64::consts::FRAC_PI_2 => angle.cos(),
+            Self::Point => 0.0,
+            Self::Wall => {
+                let theta_max_rad = f64::from(Photometry::VCNL4020.theta_max_rad);
+                WallLaw::of_lobe(1.0, xi, theta_max_rad).endless_wall_counts(1.0, angle_rad)
+            }
+        }
+    }
+
+    /// Derivative of C by xi.
+    fn directivity_by_xi(self, xi: f64, angle_rad: f64) -> f64 {
+        match self {
+            Self::Point => -angle_rad * (xi * angle_rad).sin(),
+            Self::Wall => {
+                let moved = |step: f64| self.directivity(xi + step, angle_rad);
+                (moved(XI_STEP) - moved(-XI_STEP)) / (2.0 * XI_STEP)
+            }
+        }
+    }
+}
+
+/// s = beta + alpha C / (x^2 - delta C) with the C of a [`LawKind`].
+///
+/// Both kinds have the same parameters. The delta of the wall law is a description of
+/// the near field: [`WallLaw`] has none.
 ///
 /// Residuals are weighted by the root of a row's weight. In double precision: the
 /// core's single precision is for robots, not for derivatives.
 #[derive(Clone, Debug)]
 pub struct Law<'t> {
+    kind: LawKind,
     rows: &'t [CalibrationPoint],
     free: Vec<Parameter>,
     /// By [`Parameter::OF_MEAN`].
@@ -33,11 +96,23 @@ impl<'t> Law<'t> {
     /// The law over the given rows with all parameters at given values, some of them free.
     #[must_use]
     pub fn new(
+        kind: LawKind,
         rows: &'t [CalibrationPoint],
         free: Vec<Parameter>,
         values: [f64; Parameter::OF_MEAN.len()],
     ) -> Self {
-        Self { rows, free, values }
+        Self {
+            kind,
+            rows,
+            free,
+            values,
+        }
+    }
+
+    /// What kind of surface it is for.
+    #[must_use]
+    pub fn kind(&self) -> LawKind {
+        self.kind
     }
 
     /// The values of alpha, beta, xi and delta.
@@ -70,12 +145,7 @@ impl<'t> Law<'t> {
 
     fn lobe(&self, row: &CalibrationPoint) -> (f64, f64) {
         let [.., xi, delta] = self.values;
-        let angle = (xi * row.angle_rad).abs();
-        let c = if angle < core::f64::consts::FRAC_PI_2 {
-            angle.cos()
-        } else {
-            0.0
-        };
+        let c = self.kind.directivity(xi, row.angle_rad);
         let square = row.range_m * row.range_m;
         let denominator = (square - delta * c).max(LEAST_DENOMINATOR * square);
         (c, denominator)
@@ -89,7 +159,7 @@ impl<'t> Law<'t> {
             Parameter::Alpha => c / denominator,
             Parameter::Beta => 1.0,
             Parameter::Xi if c > 0.0 => {
-                let by_xi = -row.angle_rad * (xi * row.angle_rad).sin();
+                let by_xi = self.kind.directivity_by_xi(xi, row.angle_rad);
                 let square = row.range_m * row.range_m;
                 by_xi * alpha * square / (denominator * denominator)
             }
@@ -159,7 +229,6 @@ impl<'t> Law<'t> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::model::Photometry;
 
     fn rows() -> Vec<CalibrationPoint> {
         let ranges = [0.05, 0.08, 0.12, 0.2];
@@ -185,7 +254,7 @@ mod tests {
         };
         let rows = rows();
         let values = Parameter::OF_MEAN.map(|parameter| parameter.of(&core));
-        let law = Law::new(&rows, Vec::new(), values);
+        let law = Law::new(LawKind::Point, &rows, Vec::new(), values);
         for row in &rows {
             let expected = core.counts(row.range_m as f32, row.angle_rad as f32);
             let error = law.counts(row) - f64::from(expected.unwrap());
@@ -197,19 +266,26 @@ mod tests {
     #[test]
     fn slopes_are_the_finite_differences_of_the_residuals() {
         let rows = rows();
-        let values = [1.4, -16.0, 1.2, -3e-4];
-        let law = Law::new(&rows, Parameter::OF_MEAN.to_vec(), values);
-        let slopes = law.weighted_slopes();
-        for (column, step) in [1e-5, 1e-3, 1e-6, 1e-9].into_iter().enumerate() {
-            let moved = |by: f64| {
-                let mut moved = law.clone();
-                moved.values[column] += by;
-                moved.weighted_residuals()
-            };
-            for (row, (up, down)) in moved(step).into_iter().zip(moved(-step)).enumerate() {
-                let expected = (up - down) / (2.0 * step);
-                let error = (slopes[(row, column)] - expected).abs();
-                assert!(error < 1e-5 * expected.abs() + 1e-5, "{row}, {column}");
+        for (kind, xi) in [
+            (LawKind::Point, 1.2),
+            (LawKind::Wall, 1.2),
+            (LawKind::Wall, 1.0),
+        ] {
+            let values = [1.4, -16.0, xi, -3e-4];
+            let law = Law::new(kind, &rows, Parameter::OF_MEAN.to_vec(), values);
+            let slopes = law.weighted_slopes();
+            for (column, step) in [1e-5, 1e-3, 1e-5, 1e-9].into_iter().enumerate() {
+                let moved = |by: f64| {
+                    let mut moved = law.clone();
+                    moved.values[column] += by;
+                    moved.weighted_residuals()
+                };
+                for (row, (up, down)) in moved(step).into_iter().zip(moved(-step)).enumerate() {
+                    let expected = (up - down) / (2.0 * step);
+                    let error = (slopes[(row, column)] - expected).abs();
+                    let bound = 1e-5 * expected.abs() + 1e-5;
+                    assert!(error < bound, "{kind:?} {xi}: {row}, {column}: {error}");
+                }
             }
         }
     }
@@ -220,13 +296,13 @@ mod tests {
     fn a_start_with_the_wrong_gain_and_offset_converges() {
         let mut rows = rows();
         let truth = [1.4, -16.0, 1.2, -3e-4];
-        let law = Law::new(&rows, Vec::new(), truth);
+        let law = Law::new(LawKind::Point, &rows, Vec::new(), truth);
         let counts: Vec<_> = rows.iter().map(|row| law.counts(row)).collect();
         for (row, counts) in rows.iter_mut().zip(counts) {
             row.counts = counts;
         }
         for start in [[0.5, 100.0, 1.1, 0.0], [20.0, -900.0, 1.3, -1e-4]] {
-            let law = Law::new(&rows, Parameter::OF_MEAN.to_vec(), start);
+            let law = Law::new(LawKind::Point, &rows, Parameter::OF_MEAN.to_vec(), start);
             let found = law.minimised().unwrap();
             for (value, truth) in found.values.into_iter().zip(truth) {
                 let error = (value - truth).abs();

@@ -32,7 +32,8 @@ impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} measurements, residual RMS {:.2} counts",
+            "{}: {} measurements, residual RMS {:.2} counts",
+            self.law.name(),
             self.rows.len(),
             self.rms_counts
         )?;
@@ -45,7 +46,8 @@ impl fmt::Display for Fit {
 
 impl Serialize for Fit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut fields = serializer.serialize_struct("Fit", 4)?;
+        let mut fields = serializer.serialize_struct("Fit", 5)?;
+        fields.serialize_field("law", &self.law)?;
         fields.serialize_field("measurements", &self.rows.len())?;
         fields.serialize_field("rms_counts", &self.rms_counts)?;
         fields.serialize_field("estimates", self.estimates())?;

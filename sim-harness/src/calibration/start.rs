@@ -2,12 +2,13 @@
 
 use amiro_ipf::model::Photometry;
 
-use super::{CalibrationPoint, Fixed, Law, Parameter};
+use super::{CalibrationPoint, Fixed, Law, LawKind, Parameter};
 
 /// The best of a grid over xi and delta, with the alpha and beta of least squares.
 ///
 /// Without it a search from a poor xi ends in lobes that close before most rows.
 pub(super) fn start<'t>(
+    kind: LawKind,
     rows: &'t [CalibrationPoint],
     fixed: &Fixed,
     free: &[Parameter],
@@ -26,19 +27,19 @@ pub(super) fn start<'t>(
         true => &[0.0, -1e-4, 1e-4, -5e-4, 5e-4, -2e-3],
         false => &[delta],
     };
-    let mut best = (f64::INFINITY, Law::new(rows, free.to_vec(), known));
+    let mut best = (f64::INFINITY, Law::new(kind, rows, free.to_vec(), known));
     for (xi, delta) in xis
         .iter()
         .flat_map(|xi| deltas.iter().map(|delta| (*xi, *delta)))
     {
-        let shaped = Law::new(rows, free.to_vec(), [1.0, 0.0, xi, delta]);
+        let shaped = Law::new(kind, rows, free.to_vec(), [1.0, 0.0, xi, delta]);
         if shaped.ends_early() {
             continue;
         }
         let free_gain = is_free(Parameter::Alpha).then_some(alpha);
         let free_rest = is_free(Parameter::Beta).then_some(beta);
         let (alpha, beta) = linear(&shaped, rows, (alpha, beta), free_gain, free_rest);
-        let law = Law::new(rows, free.to_vec(), [alpha, beta, xi, delta]);
+        let law = Law::new(kind, rows, free.to_vec(), [alpha, beta, xi, delta]);
         let squares = law.squares();
         if squares < best.0 {
             best = (squares, law);

@@ -5,6 +5,9 @@
 //! and optionally `weight` (default 1). Other columns are ignored. Every row has as
 //! many values as the header has names. Names and values may stand in quotes.
 //!
+//! Range and angle are those of the surface's nearest point: for a wall its perpendicular
+//! distance, and the bearing of its normal off the sensor's axis.
+//!
 //! Commas separate values, or semicolons where the header has one. Numbers have decimal
 //! points; between semicolons they may have decimal commas instead, in the whole table.
 
@@ -27,9 +30,9 @@ const MAX_COUNTS: f64 = 65_535.0;
 /// One measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationPoint {
-    /// Distance of the surface from the sensor, metres (x).
+    /// Distance of the surface's nearest point from the sensor, metres (x).
     pub range_m: f64,
-    /// Bearing of the surface off the sensor's axis, radians (theta).
+    /// Bearing of that point off the sensor's axis, radians (theta).
     pub angle_rad: f64,
     /// Counts, raw or above an offset: the difference is part of beta (s).
     pub counts: f64,

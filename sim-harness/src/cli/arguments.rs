@@ -4,6 +4,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use sim_harness::calibration::GainFile;
+use sim_harness::drive::RingCalibration;
 use sim_harness::mapping::Method;
 use sim_harness::output;
 
@@ -19,6 +21,13 @@ pub(super) fn path() -> impl TypedValueParser<Value = PathBuf> {
         }
         Ok(path)
     })
+}
+
+/// Alpha and gains of the file of `--gains`, if one was given.
+pub(super) fn calibration(gains: Option<&Path>) -> Result<Option<RingCalibration>, String> {
+    let file = gains.map(GainFile::load).transpose();
+    let file = file.map_err(|error| format!("--gains: {error}"))?;
+    Ok(file.map(|file| file.calibration()))
 }
 
 /// A seed of random numbers.

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::ops::Range;
+use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::RunError;
@@ -53,6 +54,10 @@ pub(super) struct ComparisonArguments {
     /// Gain of the law in filters and ISM, counts m^2.
     #[arg(long, value_name = "A", conflicts_with = "calibrate")]
     alpha: Option<f32>,
+    /// Alpha and gains of the sensors in filters and methods, as `calibrate --from-drive`
+    /// writes them; --alpha and --calibrate win over its alpha.
+    #[arg(long, value_name = "FILE")]
+    gains: Option<PathBuf>,
     /// Use the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,
@@ -86,6 +91,7 @@ impl ComparisonArguments {
         options.validate().map_err(|error| format!("--{error}"))?;
         let scenarios = chosen_scenarios(&self.scenario)?;
         arguments::check_drives(scenarios.len(), &self.seeds)?;
+        let calibration = arguments::calibration(self.gains.as_deref())?;
         let comparison = MethodComparison {
             scenarios,
             methods: arguments::distinct(&self.methods),
@@ -93,6 +99,7 @@ impl ComparisonArguments {
             particles_per_sensor: self.particles,
             options,
             alpha_counts_m2: self.alpha,
+            calibration,
             footprint: self.footprint == FootprintSwitch::On,
             threads: usize::from(self.threads),
         };

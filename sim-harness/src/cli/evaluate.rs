@@ -1,6 +1,7 @@
 //! `cargo ipf evaluate`: every method on the same drives, and the claims about them.
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
@@ -10,7 +11,10 @@ use sim_harness::{console, output};
 
 use super::comparison_arguments::ComparisonArguments;
 use super::evaluate_recorded::Recorded;
-use super::{CommandResult, ExitStatus, arguments, evaluate_report, evaluate_tables};
+use super::progress::PassProgress;
+use super::{
+    CommandResult, ExitStatus, arguments, evaluate_pairs, evaluate_report, evaluate_tables,
+};
 
 /// Least number of seeds that the thresholds are made for.
 const ENOUGH_SEEDS: u64 = 10;
@@ -47,7 +51,13 @@ impl Evaluate {
         }
         let begun = Instant::now();
         let comparison = self.compared.comparison()?;
-        let assessment = Assessment::of(&comparison, &Claims::built_in()?)?;
+        let progress = Mutex::new(PassProgress::default());
+        let assessment = Assessment::of(&comparison, &Claims::built_in()?, &|made, of| {
+            if let Ok(mut progress) = progress.lock() {
+                progress.show_count("maps made", made, of);
+            }
+        })?;
+        drop(progress);
         if let Some(path) = &self.json {
             output::write(path, json(&assessment.trials)?.as_bytes())?;
         }
@@ -75,7 +85,8 @@ impl Evaluate {
         let trials = &assessment.trials;
         evaluate_report::world(comparison);
         evaluate_tables::scores(comparison, trials);
-        evaluate_tables::paired(comparison, trials);
+        evaluate_tables::together(comparison, trials);
+        evaluate_pairs::print(comparison, trials);
         evaluate_report::verdicts("Claims of the paper", &assessment.paper);
         evaluate_report::verdicts("Thresholds", &assessment.thresholds);
         if self.compared.seeds.end - self.compared.seeds.start < ENOUGH_SEEDS {

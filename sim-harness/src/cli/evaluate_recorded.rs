@@ -7,6 +7,7 @@ use sim_harness::evaluation::recorded::{RecordedSeries, RecordedSettings, SERIES
 use sim_harness::mapping::Method;
 use sim_harness::{console, output};
 
+use super::progress::PassProgress;
 use super::{CommandResult, ExitStatus, arguments};
 
 /// Arguments of `evaluate` about recorded series.
@@ -19,7 +20,7 @@ pub(super) struct Recorded {
         long,
         value_name = "FOLDER",
         conflicts_with_all = [
-            "scenario", "seeds", "physics", "odometry", "alpha", "calibrate", "footprint",
+            "scenario", "seeds", "physics", "odometry", "alpha", "gains", "calibrate", "footprint",
             "threads", "check",
         ]
     )]
@@ -59,7 +60,11 @@ impl Recorded {
             let files: Vec<&Path> = series.files().iter().map(PathBuf::as_path).collect();
             output::check(&[json.to_owned()], &files)?;
         }
-        let report = series.judge(settings)?;
+        let mut progress = PassProgress::default();
+        let report = series.judge(settings, &mut |done, of| {
+            progress.show_count("readings mapped", done, of);
+        })?;
+        drop(progress);
         if let Some(json) = json {
             output::write(json, report.json()?.as_bytes())?;
         }

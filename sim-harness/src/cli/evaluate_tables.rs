@@ -1,7 +1,7 @@
-//! The tables of `evaluate`: the scores of every method, and filters against ISM.
+//! The tables of `evaluate`: the scores of every method.
 
 use sim_harness::console;
-use sim_harness::evaluation::{MeanStd, MethodComparison, Metric, Number, Trial, Trials};
+use sim_harness::evaluation::{MethodComparison, Metric, Number, Trial, Trials};
 use sim_harness::mapping::Method;
 
 /// One table per scenario, one line per method.
@@ -45,6 +45,41 @@ pub(super) fn scores(comparison: &MethodComparison, trials: &[Trial]) {
     }
 }
 
+/// One table of all scenarios, one line per method, if there are several.
+pub(super) fn together(comparison: &MethodComparison, trials: &[Trial]) {
+    let scenarios = comparison.scenarios.len();
+    if scenarios < 2 {
+        return;
+    }
+    console::print(format_args!(
+        "All {scenarios} scenarios together. Bias, RMS: distance of the occupied cells behind \
+         the nearest visible surface within 80 mm"
+    ));
+    console::print(format_args!(
+        "{:20} {:>6} {:>5} {:>6} {:>7} {:>6} {:>5}",
+        "means over drives", "OE %", "TPR", "recall", "bias mm", "RMS mm", "cover"
+    ));
+    for method in &comparison.methods {
+        let Some(trials) = Trials::of_method(trials, *method) else {
+            continue;
+        };
+        let number = |metric, scale: f64, decimals| Number {
+            value: trials.mean_of_defined(metric).0.map(|value| scale * value),
+            decimals,
+        };
+        console::print(format_args!(
+            "{method:20} {:6} {:5} {:6} {:7} {:6} {:5}",
+            number(Metric::Oe, 100.0, 1),
+            number(Metric::Tpr, 1.0, 2),
+            number(Metric::SurfaceRecall, 1.0, 2),
+            number(Metric::SurfaceBias, 1e3, 1),
+            number(Metric::SurfaceRms, 1e3, 1),
+            number(Metric::Coverage, 1.0, 2),
+        ));
+    }
+    console::print("");
+}
+
 fn line(method: Method, trials: &Trials) -> String {
     let mean = |metric| trials.mean(metric);
     let percent = |value: Option<f64>| Number {
@@ -74,50 +109,5 @@ fn line(method: Method, trials: &Trials) -> String {
         percent(mean(Metric::OePathMean)),
         number(mean(Metric::OpeningFalse), 1),
         number(mean(Metric::OpeningFrontier), 1),
-    )
-}
-
-/// The overall error of each filter against the inverse sensor model, drive by drive.
-pub(super) fn paired(comparison: &MethodComparison, trials: &[Trial]) {
-    console::print(
-        "OE on the same readings, filter less ISM: percentage points +- standard error; plain OE \
-         likewise",
-    );
-    for scenario in &comparison.scenarios {
-        for filter in [Method::PAPER, Method::PLUS] {
-            for model in [Method::ISM_STANDARD, Method::ISM_TUNED] {
-                let of = |method| Trials::of(trials, &scenario.name, method);
-                if let Some((its, models)) = of(filter).zip(of(model)) {
-                    let differences = its.less(&models, Metric::Oe);
-                    let plain = its.less(&models, Metric::OePlain);
-                    let name = &scenario.name;
-                    console::print(format_args!(
-                        "{name:6} {filter:12} - {model:12} {}; plain {}",
-                        paired_line(&differences),
-                        paired_line(&plain)
-                    ));
-                }
-            }
-        }
-    }
-    console::print("");
-}
-
-fn paired_line(differences: &[Option<f64>]) -> String {
-    let mean_std = MeanStd::of(differences);
-    let points = |value: Option<f64>| Number {
-        value: value.map(|share| 100.0 * share),
-        decimals: 2,
-    };
-    let lower = differences
-        .iter()
-        .flatten()
-        .filter(|difference| **difference < 0.0);
-    format!(
-        "{:7} +- {}, lower in {} of {} drives",
-        points(mean_std.mean),
-        points(mean_std.standard_error()),
-        lower.count(),
-        differences.len()
     )
 }

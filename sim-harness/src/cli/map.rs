@@ -1,11 +1,12 @@
 //! `cargo ipf map`: a recorded drive of any robot, mapped from its ranges.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::Args;
 use sim_harness::datasets::{DriveFile, PoseSource, recognise};
-use sim_harness::mapping::{Mapper, Method, NoEcho, Setup};
+use sim_harness::mapping::{FinishProgress, Mapper, Method, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
@@ -30,6 +31,10 @@ pub(super) struct MapCommand {
     /// Only sensors whose names begin so, as in `sonar`; all of the rig if not given.
     #[arg(long, value_delimiter = ',', value_name = "NAME,...")]
     sensors: Vec<String>,
+    /// Alpha and gains of the sensors of an AMiRo, as `calibrate --from-drive` writes them;
+    /// alpha is that of the rig's infrared sensors too.
+    #[arg(long, value_name = "FILE")]
+    gains: Option<PathBuf>,
     /// Use the poses that were matched to the recording, not those of the odometry.
     #[arg(long)]
     matched: bool,
@@ -53,7 +58,11 @@ impl MapCommand {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
         arguments::check_folder("--out", &self.out)?;
-        let rig = Rig::load(&self.rig)?;
+        let mut rig = Rig::load(&self.rig)?;
+        let calibration = arguments::calibration(self.gains.as_deref())?;
+        if let Some(calibration) = &calibration {
+            rig.set_alpha(calibration.alpha_counts_m2);
+        }
         let method = self.method()?;
         for name in &self.sensors {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
@@ -87,17 +96,21 @@ impl MapCommand {
             path: &self.drive,
             rig: &rig,
             poses,
+            calibration,
         };
         let options = DriveOptions {
             keyframes: self.keyframes.keyframes(usual.keyframes),
             mounts: self.sensors.clone(),
         };
-        let mut progress = PassProgress::default();
-        let mut show = |bytes, length| progress.show("mapped", bytes, length);
-        let run = pipeline::run(
+        let progress = RefCell::new(PassProgress::default());
+        let mut show = |bytes, length| progress.borrow_mut().show("mapped", bytes, length);
+        let run = pipeline::run_with_progress(
             |take| pipeline::dataset_records(dataset, &drive, &options, &mut show, take),
             &mut mapper,
             &mut |_, _| {},
+            &mut |FinishProgress { stage, done, of }| {
+                progress.borrow_mut().show_count(stage, done, of);
+            },
         )?;
         drop(progress);
         map_report::left_out(&run);

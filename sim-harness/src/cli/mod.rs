@@ -2,11 +2,13 @@
 
 mod arguments;
 mod calibrate;
+mod calibrate_drives;
 mod comparison_arguments;
 mod connect;
 mod demo;
 mod differences;
 mod evaluate;
+mod evaluate_pairs;
 mod evaluate_recorded;
 mod evaluate_report;
 mod evaluate_tables;
@@ -61,7 +63,7 @@ enum IpfCommand {
     Simulate(simulate::Simulate),
     /// Compare the filters with the inverse sensor model over scenarios and seeds.
     Evaluate(evaluate::Evaluate),
-    /// Fit the sensors' law to a table of range, angle and counts.
+    /// Fit the sensors' law to a table of range, angle and counts, or their gains to drives.
     Calibrate(calibrate::Calibrate),
     /// Build the flash image, check it and print its sizes.
     Image(image::ImageCommand),

@@ -1,5 +1,7 @@
 //! The settings of a run that the command line may override.
 
+use std::path::PathBuf;
+
 use amiro_ipf::filter::{ParameterError, Profile};
 use amiro_ipf::model::{SENSORS, SensorMask};
 use amiro_ipf::node::{Config, StepRule};
@@ -7,13 +9,15 @@ use clap::{Args, ValueEnum};
 
 use super::arguments;
 
-/// The two filters that ship.
+/// The filters that ship.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProfileName {
     /// The faithful filter of the paper.
     Paper,
     /// Ours: Bernoulli survival, side test, veto.
     Plus,
+    /// Particles weighed against tracked wall segments, for real walls.
+    Wall,
 }
 
 impl From<ProfileName> for Profile {
@@ -21,6 +25,7 @@ impl From<ProfileName> for Profile {
         match name {
             ProfileName::Paper => Self::Paper,
             ProfileName::Plus => Self::Plus,
+            ProfileName::Wall => Self::Wall,
         }
     }
 }
@@ -43,6 +48,9 @@ pub(super) struct Overrides {
     /// Gain of sensor and surface (alpha), counts m^2.
     #[arg(long, value_name = "A")]
     alpha: Option<f32>,
+    /// Alpha and gains of the sensors, as `calibrate --from-drive` writes them; --alpha wins.
+    #[arg(long, value_name = "FILE")]
+    gains: Option<PathBuf>,
     /// Sensors to leave out, by index: those that see something else, such as a guide robot.
     #[arg(long, value_name = "I,J", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..SENSORS as i64))]
     mask: Vec<u8>,
@@ -59,6 +67,7 @@ impl Overrides {
             && self.particles.is_none()
             && self.x_max.is_none()
             && self.alpha.is_none()
+            && self.gains.is_none()
             && self.mask.is_empty()
             && !self.fixed
     }
@@ -87,6 +96,9 @@ impl Overrides {
         config.seed = self.seed.unwrap_or(config.seed);
         config.particles_per_sensor = self.particles.unwrap_or(config.particles_per_sensor);
         config.photometry.x_max_m = self.x_max.unwrap_or(config.photometry.x_max_m);
+        if let Some(calibration) = arguments::calibration(self.gains.as_deref())? {
+            calibration.apply(&mut config);
+        }
         config.photometry.alpha_counts_m2 = self.alpha.unwrap_or(config.photometry.alpha_counts_m2);
         let masked = self.mask.iter().fold(SensorMask::NONE, |mask, &sensor| {
             mask.with(usize::from(sensor))

@@ -9,7 +9,7 @@ use sim_harness::drive::replayed_config;
 use sim_harness::evaluation::recorded_scenario;
 use sim_harness::faults::Faults;
 use sim_harness::log::StoredRecording;
-use sim_harness::report::RUN_FILES;
+use sim_harness::report::{RUN_FILES, WALL_FILES};
 use sim_harness::{console, output};
 
 use super::footprint::FootprintSwitch;
@@ -59,7 +59,8 @@ impl Replay {
     /// Runs the command.
     pub(super) fn run(self) -> CommandResult {
         self.check_options()?;
-        let outputs = RUN_FILES.map(|name| self.out.join(name));
+        let outputs = RUN_FILES.iter().chain(&WALL_FILES);
+        let outputs: Vec<_> = outputs.map(|name| self.out.join(name)).collect();
         let image = self.target.image.iter().map(PathBuf::as_path);
         let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
         output::check(&outputs, &inputs)?;

@@ -7,7 +7,7 @@ use sim_harness::device::{ReplayPlan, Replayed};
 use sim_harness::evaluation::{ScoreRecord, event_scores};
 use sim_harness::log::StoredRecording;
 use sim_harness::output;
-use sim_harness::report::{RunSummary, WallReports, run_picture, save_run_map};
+use sim_harness::report::{RunSummary, WallCount, WallReports, run_picture, save_run_map};
 use sim_harness::world::Scenario;
 
 use super::replay_report;
@@ -59,6 +59,7 @@ impl ReplayFiles<'_> {
             figures,
             scores: scores.as_ref().map(ScoreRecord::from),
             walls,
+            wall_segments: WallCount::of(run_record),
             comparison: run.comparison,
         };
         summary.save(self.out)?;

@@ -51,12 +51,21 @@ pub(super) fn refused_inputs(outcome: &RunOutcome) {
     }
 }
 
-/// Prints the longest step of an emulator that counts instructions.
-pub(super) fn longest_step(run: &Replayed) {
-    let instructions = f64::from(run.slowest_step_cycles) * NANOSECONDS_PER_CYCLE / 1e6;
+/// Prints the longest and the mean step of an emulator that counts instructions.
+pub(super) fn steps(run: &Replayed) {
+    let cycles = &run.step_cycles;
+    let millions = |cycles: f64| cycles * NANOSECONDS_PER_CYCLE / 1e6;
     console::print(format_args!(
-        "longest step: {instructions:.2} million instructions (emulated)"
+        "longest step: {:.2} million instructions (emulated)",
+        millions(f64::from(cycles.longest))
     ));
+    if let Some(mean) = cycles.mean() {
+        console::print(format_args!(
+            "mean step: {:.2} million instructions (emulated), over the {} steps with a status",
+            millions(mean),
+            cycles.counted
+        ));
+    }
 }
 
 /// Prints what was found.
@@ -83,6 +92,18 @@ pub(super) fn found(summary: &RunSummary, scores: Option<&DriveScores>, resets: 
             "the robot's footprint is free in the map: hull of {:.0} mm radius",
             1e3 * radius_m
         ));
+    }
+    if let Some(walls) = &summary.wall_segments {
+        console::print(format_args!(
+            "{} wall segments of {:.2} m together, orange in map.png and listed in walls.csv",
+            walls.standing, walls.length_m
+        ));
+        if walls.refused > 0 {
+            console::warn(format_args!(
+                "{} more segments were not kept",
+                walls.refused
+            ));
+        }
     }
     match resets {
         0 => {}

@@ -76,6 +76,9 @@ impl ReplayTarget {
         }
         let options = QemuOptions {
             count_instructions: self.count_instructions,
+            // The board's time then runs on between the inputs, so that a status comes
+            // after nearly every step.
+            skip_idle: self.count_instructions,
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
         };
@@ -87,7 +90,7 @@ impl ReplayTarget {
         drop(progress);
         replay_report::refused_inputs(&run.outcome);
         if self.count_instructions {
-            replay_report::longest_step(&run);
+            replay_report::steps(&run);
         }
         console::print_text(board.tally());
         Ok(run)

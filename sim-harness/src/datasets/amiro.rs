@@ -67,7 +67,10 @@ impl Dataset for Amiro {
             on_bytes(bytes, length.map(|length| 2 * length));
         })?;
         let overview = recording.overview();
-        let config = replayed_config(overview.config.unwrap_or_default());
+        let mut config = replayed_config(overview.config.unwrap_or_default());
+        if let Some(calibration) = &drive.calibration {
+            calibration.apply(&mut config);
+        }
         let mut notes = check_rig(drive.rig, &config)?;
         let refused = refused_rows(&file, &overview.refusals);
         let (format, inputs) = (overview.format, overview.inputs);

@@ -18,7 +18,7 @@ use std::path::Path;
 
 use error::shown;
 
-use crate::drive::{Keyframes, Record};
+use crate::drive::{Keyframes, Record, RingCalibration};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
@@ -43,6 +43,8 @@ pub struct DriveFile<'a> {
     pub rig: &'a Rig,
     /// Which poses are wanted.
     pub poses: PoseSource,
+    /// Alpha and gains of the sensors of an AMiRo, in place of those of the recording.
+    pub calibration: Option<RingCalibration>,
 }
 
 /// What a drive of a format is mapped with where nothing else is asked for.

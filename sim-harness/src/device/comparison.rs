@@ -1,22 +1,19 @@
 //! Compares a board's run with the host's own, step by step, by the payloads' bytes.
 
-use std::collections::hash_map::DefaultHasher;
-use std::hash::Hasher;
-
 use amiro_ipf::BUILD_ID;
 use amiro_ipf::link::{Boot, MessageRef};
-use amiro_ipf::node::{Event, InputError, Particles, StepBegun, StepDone};
+use amiro_ipf::node::{Event, InputError, Particles, StepBegun, StepDone, Walls};
 
-use super::expected::{ExpectedRun, ExpectedStep};
+use super::expected::{ExpectedRun, ExpectedStep, hash};
 use super::{AnswerAudit, Equality, FrameTally, Verdict};
 
 /// The host's run, and its comparison with a board's or a recorded run.
 ///
 /// All of the host's run comes first, then all of the other. A message is compared by a
 /// 64-bit hash of its payload; the hashes of a run of an hour, 50 MB, lie in a temporary
-/// file. Particle messages may be missing, since a board drops them when its line is slow:
-/// the comparison continues at the next message that arrived, and the verdict reports the
-/// gap.
+/// file. Particle messages may be missing, since a board drops them when its line is slow,
+/// and walls messages, since each costs only itself: the comparison continues at the next
+/// message that arrived, and the verdict reports the gap.
 #[derive(Debug, Default)]
 pub struct Comparison {
     expected: ExpectedRun,
@@ -29,6 +26,8 @@ pub struct Comparison {
     batches: usize,
     particles: usize,
     lost_batches: u64,
+    walls: usize,
+    lost_walls: u64,
     compared: u64,
     differs: Option<Difference>,
     refusals: Vec<(usize, InputError)>,
@@ -40,6 +39,8 @@ pub struct Comparison {
 #[derive(Clone, Copy, Debug)]
 struct CurrentStep {
     index: usize,
+    /// Whether its walls message was met, or counted as lost.
+    has_walls: bool,
     /// The next particle message, by its place in the step.
     next: usize,
     is_done: bool,
@@ -52,21 +53,10 @@ struct Difference {
     text: String,
 }
 
-/// A message's payload: floats are compared by their bits, not by their value.
-fn hash(event: &Event) -> u64 {
-    let mut bytes = [0; amiro_ipf::link::MAX_FRAME];
-    let mut hasher = DefaultHasher::new();
-    // No event is larger than a frame.
-    if let Ok(payload) = postcard::to_slice(&MessageRef::Event(event), &mut bytes) {
-        hasher.write(payload);
-    }
-    hasher.finish()
-}
-
 impl Comparison {
     /// Takes an event of the host's run.
     ///
-    /// Step and particle messages and odometry resets are compared; boot,
+    /// Step, walls and particle messages and odometry resets are compared; boot,
     /// configuration, status, health, offsets and post-mortem are not.
     pub fn expect(&mut self, event: &Event) {
         match event {
@@ -74,6 +64,11 @@ impl Comparison {
             Event::Particles(_) => {
                 if let Some(step) = self.expected.open_step() {
                     step.particles.push(hash(event));
+                }
+            }
+            Event::Walls(_) => {
+                if let Some(step) = self.expected.open_step() {
+                    step.walls = Some(hash(event));
                 }
             }
             Event::StepDone(_) => {
@@ -96,6 +91,7 @@ impl Comparison {
     fn meet_event(&mut self, event: &Event) {
         match event {
             Event::StepBegun(step) => self.meet_begin(step, hash(event)),
+            Event::Walls(walls) => self.meet_walls(walls, hash(event)),
             Event::Particles(batch) => self.meet_particles(batch, hash(event)),
             Event::StepDone(done) => self.meet_end(done, hash(event)),
             Event::OdometryReset { .. } => {
@@ -119,6 +115,30 @@ impl Comparison {
             self.steps += 1;
         } else {
             self.differ(Some(step.index as usize), "step begins");
+        }
+    }
+
+    fn meet_walls(&mut self, walls: &Walls, found: u64) {
+        let index = walls.index as usize;
+        let is_current = self
+            .current
+            .is_some_and(|current| current.index == index && !current.is_done);
+        if !is_current {
+            if !self.go_to(index, "walls") {
+                return;
+            }
+            self.differ(Some(index), "its begin never came");
+        }
+        let expected = self.expected.step(index).and_then(|step| step.walls);
+        let Some(current) = &mut self.current else {
+            return;
+        };
+        let is_in_order = current.next == 0 && !current.has_walls;
+        current.has_walls = true;
+        if is_in_order && expected == Some(found) {
+            self.walls += 1;
+        } else {
+            self.differ(Some(index), "walls");
         }
     }
 
@@ -205,17 +225,22 @@ impl Comparison {
         self.expected.forget_before(index);
         self.current = Some(CurrentStep {
             index,
+            has_walls: false,
             next: 0,
             is_done: false,
         });
         true
     }
 
-    /// Counts the missing particle messages of the current step.
+    /// Counts the missing walls and particle messages of the current step.
     fn lose_rest(&mut self) {
         if let Some(current) = &mut self.current
             && let Some(expected) = self.expected.step(current.index)
         {
+            if expected.walls.is_some() && !current.has_walls {
+                self.lost_walls += 1;
+            }
+            current.has_walls = true;
             let rest = expected.particles.len().saturating_sub(current.next);
             self.lost_batches += rest as u64;
             current.next += rest;
@@ -285,6 +310,7 @@ impl Comparison {
             verdict.particle_messages_lost,
             "particle messages never came",
         );
+        because(verdict.walls_messages_lost, "walls messages never came");
         because(tally.lost, "frames of the board were lost");
         because(tally.dropped, "frames were dropped by the board");
         because(
@@ -310,8 +336,8 @@ impl Comparison {
         verdict
     }
 
-    /// The verdict over recorded events, of which particle messages may be missing, and the
-    /// rest of the last step: a recording ends anywhere.
+    /// The verdict over recorded events, of which particle and walls messages may be missing,
+    /// and the rest of the last step: a recording ends anywhere.
     #[must_use]
     pub fn verdict_of_recording(&self) -> Verdict {
         let mut reasons: Vec<String> = self
@@ -343,7 +369,7 @@ impl Comparison {
         if self.compared == 0 {
             reasons.push("nothing was compared".to_owned());
         }
-        let equality = match (reasons.is_empty(), self.lost_batches) {
+        let equality = match (reasons.is_empty(), self.lost_batches + self.lost_walls) {
             (true, 0) => Equality::Equal,
             (true, _) => Equality::ParticlesLost,
             (false, _) => Equality::Different,
@@ -359,6 +385,8 @@ impl Comparison {
             particle_messages: self.batches,
             particles: self.particles,
             particle_messages_lost: self.lost_batches,
+            walls_messages: self.walls,
+            walls_messages_lost: self.lost_walls,
             expected_steps,
             reasons,
         }

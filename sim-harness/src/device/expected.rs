@@ -1,14 +1,31 @@
 //! The host's run as a comparison needs it: hashes of its messages, in bounded memory.
 
 use std::collections::VecDeque;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::Hasher;
 use std::io::{self, ErrorKind, Read};
 
+use amiro_ipf::link::MessageRef;
+use amiro_ipf::node::Event;
+
 use crate::spool::{Spool, SpoolReader};
+
+/// A message's payload: floats are compared by their bits, not by their value.
+pub(super) fn hash(event: &Event) -> u64 {
+    let mut bytes = [0; amiro_ipf::link::MAX_FRAME];
+    let mut hasher = DefaultHasher::new();
+    // No event is larger than a frame.
+    if let Ok(payload) = postcard::to_slice(&MessageRef::Event(event), &mut bytes) {
+        hasher.write(payload);
+    }
+    hasher.finish()
+}
 
 /// Hashes of the messages of one step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ExpectedStep {
     pub(super) begun: u64,
+    pub(super) walls: Option<u64>,
     pub(super) particles: Vec<u64>,
     pub(super) done: u64,
 }
@@ -81,7 +98,8 @@ impl ExpectedRun {
             return;
         };
         let count = step.particles.len() as u64;
-        let numbers = [step.begun, step.done, count].into_iter();
+        let numbers = [step.begun, step.done, u64::from(step.walls.is_some())];
+        let numbers = numbers.into_iter().chain(step.walls).chain([count]);
         for number in numbers.chain(step.particles) {
             self.step_spool.write(&number.to_le_bytes());
         }
@@ -153,10 +171,13 @@ impl ExpectedRun {
 
 fn read_step(spool: &mut SpoolReader) -> io::Result<ExpectedStep> {
     let (begun, done) = (read_number(spool)?, read_number(spool)?);
+    let has_walls = read_number(spool)? != 0;
+    let walls = has_walls.then(|| read_number(spool)).transpose()?;
     let count = read_number(spool)?;
     let particles: io::Result<Vec<_>> = (0..count).map(|_| read_number(spool)).collect();
     Ok(ExpectedStep {
         begun,
+        walls,
         particles: particles?,
         done,
     })
@@ -178,6 +199,7 @@ mod tests {
         for step in 0..1000 {
             run.begin_step(step);
             let open = run.open_step().unwrap();
+            open.walls = (step % 2 == 0).then_some(step);
             open.particles.extend(0..step % 3);
             open.done = step + 1;
         }
@@ -186,6 +208,7 @@ mod tests {
             let step = run.step(index).unwrap();
             assert_eq!((step.begun, step.done), (index as u64, index as u64 + 1));
             assert_eq!(step.particles.len(), index % 3);
+            assert_eq!(step.walls, (index % 2 == 0).then_some(index as u64));
         }
         run.forget_before(500);
         assert_eq!(run.step(499), None);

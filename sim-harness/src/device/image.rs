@@ -239,7 +239,10 @@ impl Image {
     #[must_use]
     pub fn capacity(&self) -> Option<usize> {
         let bytes = usize::try_from(self.particle_bytes?).ok()?;
-        Some(bytes / size_of::<ParticleSet<1>>())
+        // What is in the set beside its particles takes the same room on every machine.
+        let empty = size_of::<ParticleSet<0>>();
+        let particle = size_of::<ParticleSet<1000>>().checked_sub(empty)? / 1000;
+        Some(bytes.checked_sub(empty)? / particle)
     }
 
     fn section(&self, name: &str) -> Option<&Section> {

@@ -58,7 +58,8 @@ pub use qemu::QemuOptions;
 pub use record::{MOST_RESETS, RecordError, RecordingEvent, record};
 pub use recording_parts::RecordingParts;
 pub use replay::{
-    KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, replay_on_board, replay_on_host,
+    KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, StepCycles, replay_on_board,
+    replay_on_host,
 };
 pub use srecord::to_s_records;
 pub use transport::Ends;

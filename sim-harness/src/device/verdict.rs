@@ -8,7 +8,8 @@ use std::fmt;
 pub enum Equality {
     /// Everything was compared and equal.
     Equal,
-    /// All digests and all received messages are equal; particle messages were lost.
+    /// All digests and all received messages are equal; particle or walls messages were
+    /// lost.
     ParticlesLost,
     /// Something differs, is missing or was too many.
     Different,
@@ -35,6 +36,12 @@ pub struct Verdict {
     pub particles: usize,
     /// Particle messages of the host's run that are missing.
     pub particle_messages_lost: u64,
+    /// Walls messages compared equal; none but in the profile `wall`.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub walls_messages: usize,
+    /// Walls messages of the host's run that are missing.
+    #[serde(skip_serializing_if = "is_none_lost")]
+    pub walls_messages_lost: u64,
     /// Steps that the host computed.
     pub expected_steps: usize,
     /// Why it is not equal.
@@ -45,11 +52,18 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.equality, self.first_different_step) {
             (Equality::Equal, _) => f.write_str("EQUAL")?,
-            (Equality::ParticlesLost, _) => write!(
-                f,
-                "EQUAL, {} particle messages lost",
-                self.particle_messages_lost
-            )?,
+            (Equality::ParticlesLost, _) => {
+                f.write_str("EQUAL")?;
+                let lost = [
+                    (self.particle_messages_lost, "particle"),
+                    (self.walls_messages_lost, "walls"),
+                ];
+                for (count, kind) in lost {
+                    if count > 0 {
+                        write!(f, ", {count} {kind} messages lost")?;
+                    }
+                }
+            }
             (Equality::Different, Some(step)) => write!(f, "DIFFERENT at step {step}")?,
             (Equality::Different, None) => f.write_str("DIFFERENT")?,
         }
@@ -58,6 +72,9 @@ impl fmt::Display for Verdict {
             ": {} of {} steps, {} digests, {} particle messages with {} outcomes compared equal",
             self.steps, self.expected_steps, self.digests, self.particle_messages, self.particles
         )?;
+        if self.walls_messages > 0 {
+            write!(f, ", {} walls messages too", self.walls_messages)?;
+        }
         if let Some(step) = self.ends_within_step {
             write!(f, "\n  the recording ends within step {step}")?;
         }
@@ -66,4 +83,20 @@ impl fmt::Display for Verdict {
         }
         Ok(())
     }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde calls"
+)]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde calls"
+)]
+fn is_none_lost(count: &u64) -> bool {
+    *count == 0
 }

@@ -2,8 +2,8 @@
 
 use amiro_ipf::filter::Outcome;
 use amiro_ipf::geometry::{Point, Pose, Rotation};
-use amiro_ipf::model::{Photometry, Reading, Sample};
-use amiro_ipf::node::{Event, Particles, StepBegun};
+use amiro_ipf::model::{Gain, Reading, Sample};
+use amiro_ipf::node::{Config, Event, Particles, StepBegun};
 
 use super::{PointOutcome, RangeScan, Record, Return};
 use crate::geometry::{Pose2, Vector};
@@ -16,7 +16,7 @@ use crate::geometry::{Pose2, Vector};
 /// pose is unknown.
 #[derive(Clone, Debug)]
 pub struct FilterRecords {
-    photometry: Photometry,
+    config: Config,
     /// The lowest bits of the index of the step whose outcomes follow.
     step: Option<u8>,
     position: Point,
@@ -24,11 +24,11 @@ pub struct FilterRecords {
 }
 
 impl FilterRecords {
-    /// A translator for sensors of the given law.
+    /// A translator for the sensors of a configuration.
     #[must_use]
-    pub fn new(photometry: Photometry) -> Self {
+    pub fn new(config: &Config) -> Self {
         Self {
-            photometry,
+            config: *config,
             step: None,
             position: Point::default(),
             rotation: Rotation::by(0.0),
@@ -53,7 +53,7 @@ impl FilterRecords {
         self.step = Some(step.index as u8);
         self.position = step.pose.position;
         self.rotation = Rotation::by(step.pose.heading.radians());
-        let records = scan_records(&self.photometry, step.stamp_us, step.pose, &step.samples);
+        let records = scan_records(&self.config, step.stamp_us, step.pose, &step.samples);
         records.iter().for_each(take);
     }
 
@@ -76,7 +76,7 @@ impl FilterRecords {
 
 /// The records of a step: the pose, and one scan of all eight sensors.
 pub(crate) fn scan_records(
-    photometry: &Photometry,
+    config: &Config,
     stamp_us: u64,
     pose: Pose,
     samples: &[Sample],
@@ -86,8 +86,8 @@ pub(crate) fn scan_records(
         stamp_us,
         world_from_body,
         mounts: 0..samples.len(),
-        returns: returns(photometry, samples),
-        signals: signals(photometry, samples),
+        returns: returns(config, samples),
+        signals: signals(config, samples),
     };
     let pose = Record::Pose {
         stamp_us,
@@ -96,9 +96,10 @@ pub(crate) fn scan_records(
     [pose, Record::Scan(scan)]
 }
 
-/// The returns of infrared samples.
-fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
-    let measured = |sample: &Sample| match photometry.read(*sample) {
+/// The returns of infrared samples, each by the law of its own sensor.
+fn returns(config: &Config, samples: &[Sample]) -> Vec<Return> {
+    let law = |gain| config.photometry.with_gain(gain);
+    let measured = |(sample, gain): (&Sample, &Gain)| match law(*gain).read(*sample) {
         Reading::Range(echo) => Return::Echo {
             range_m: f64::from(echo.range_m),
             sigma_m: f64::from(echo.sigma_m),
@@ -110,23 +111,26 @@ fn returns(photometry: &Photometry, samples: &[Sample]) -> Vec<Return> {
         Reading::TooClose => Return::TooClose,
         Reading::Faulty => Return::Invalid,
     };
-    samples.iter().map(measured).collect()
+    samples.iter().zip(&config.gains).map(measured).collect()
 }
 
-/// The counts of samples above the dark value of the sensors (s - beta).
-fn signals(photometry: &Photometry, samples: &[Sample]) -> Vec<Option<f64>> {
-    let beta_counts = f64::from(photometry.beta_counts);
-    let signal = |sample: &Sample| match sample {
-        Sample::Counts(counts) => Some(f64::from(*counts) - beta_counts),
+/// The counts of samples above the dark value of the sensors, as a sensor of the gain 1
+/// would measure them: (s - beta) / gain.
+fn signals(config: &Config, samples: &[Sample]) -> Vec<Option<f64>> {
+    let beta_counts = f64::from(config.photometry.beta_counts);
+    let signal = |(sample, gain): (&Sample, &Gain)| match sample {
+        Sample::Counts(counts) => {
+            Some((f64::from(*counts) - beta_counts) / f64::from(gain.ratio()))
+        }
         Sample::Saturated | Sample::Missing => None,
     };
-    samples.iter().map(signal).collect()
+    samples.iter().zip(&config.gains).map(signal).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use amiro_ipf::model::SENSORS;
+    use amiro_ipf::model::{Photometry, SENSORS};
     use amiro_ipf::node::ParticleEvent;
 
     fn begun(index: u32) -> Event {
@@ -152,7 +156,7 @@ mod tests {
     }
 
     fn records(events: &[Event]) -> Vec<Record> {
-        let mut translator = FilterRecords::new(Photometry::VCNL4020);
+        let mut translator = FilterRecords::new(&Config::default());
         let mut records = Vec::new();
         for event in events {
             translator.translate(event, &mut |record| records.push(record.clone()));
@@ -202,7 +206,7 @@ mod tests {
             Return::Echo { range_m, .. },
             Return::NoEcho { limit_m, .. },
             Return::TooClose,
-        ] = returns(&Photometry::VCNL4020, &samples)[..]
+        ] = returns(&Config::default(), &samples)[..]
         else {
             panic!("{samples:?}");
         };
@@ -213,8 +217,11 @@ mod tests {
     #[test]
     fn signals_are_counts_above_the_dark_value_and_need_a_measured_sample() {
         let samples = [Sample::Counts(361), Sample::Saturated, Sample::Missing];
-        let signals = signals(&Photometry::VCNL4020, &samples);
+        let mut config = Config::default();
         let dark = f64::from(Photometry::VCNL4020.beta_counts);
-        assert_eq!(signals, [Some(361.0 - dark), None, None]);
+        assert_eq!(signals(&config, &samples), [Some(361.0 - dark), None, None]);
+        config.gains[0] = Gain::of(0.5).unwrap();
+        let doubled = 2.0 * (361.0 - dark);
+        assert_eq!(signals(&config, &samples), [Some(doubled), None, None]);
     }
 }

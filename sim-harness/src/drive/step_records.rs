@@ -36,8 +36,7 @@ impl StepRecords {
             Scheduled::OdometryReset { stamp_us } => take(&Record::OdometryReset { stamp_us }),
             Scheduled::Step(step) => {
                 self.steps = self.steps.saturating_add(1);
-                let photometry = &self.config.photometry;
-                scan_records(photometry, step.stamp_us, step.pose, &step.samples)
+                scan_records(&self.config, step.stamp_us, step.pose, &step.samples)
                     .iter()
                     .for_each(take);
             }

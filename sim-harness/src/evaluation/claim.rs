@@ -5,6 +5,7 @@ use core::fmt;
 use super::comparison::Trial;
 use super::{Metric, Number, Trials};
 use crate::mapping::Method;
+use crate::world::{OdometryModel, Options, Physics};
 
 /// A bound on a metric of a method's maps.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,9 @@ pub struct Claim {
     pub relation: Relation,
     /// The bound.
     pub bound: f64,
+    /// The physics of the world that it is about, with exact poses. `None` for one that is
+    /// about every world if it is a share of another method's, else about `matched`.
+    pub physics: Option<Physics>,
 }
 
 /// How the values of the seeds are combined.
@@ -59,6 +63,17 @@ pub struct ClaimVerdict {
 }
 
 impl Claim {
+    /// Whether the claim is about a simulated world.
+    #[must_use]
+    pub fn is_about(&self, options: &Options) -> bool {
+        let is_exact = options.odometry == OdometryModel::Truth;
+        match (self.physics, self.over) {
+            (Some(physics), _) => is_exact && options.physics == physics,
+            (None, Over::MeanShareOf(_)) => true,
+            (None, _) => is_exact && options.physics == Physics::Matched,
+        }
+    }
+
     /// The verdict by trials; `None` if they lack the scenario or a method.
     #[must_use]
     pub fn judge(&self, trials: &[Trial]) -> Option<ClaimVerdict> {
@@ -154,6 +169,7 @@ mod tests {
             over: Over::Mean,
             relation,
             bound: 0.035,
+            physics: None,
         };
         ClaimVerdict { claim, measured }
     }
@@ -174,6 +190,37 @@ mod tests {
         let line = verdict(None, Relation::AtMost).to_string();
         assert!(line.starts_with("FAIL  msod   paper: OE  "), "{line}");
         assert!(line.ends_with("n/a <=   0.035"), "{line}");
+    }
+
+    #[test]
+    fn a_claim_is_about_its_physics_and_a_ratio_about_every_world_if_it_names_none() {
+        let about = |physics, over| {
+            let claim = Claim {
+                physics,
+                over,
+                ..verdict(None, Relation::AtMost).claim
+            };
+            [
+                (Physics::Matched, OdometryModel::Truth),
+                (Physics::Patch, OdometryModel::Truth),
+                (Physics::Patch, OdometryModel::Amiro),
+            ]
+            .map(|(physics, odometry)| {
+                claim.is_about(&Options {
+                    physics,
+                    odometry,
+                    ..Options::default()
+                })
+            })
+        };
+        let share = Over::MeanShareOf(Method::PLUS);
+        assert_eq!(about(None, Over::Mean), [true, false, false]);
+        assert_eq!(about(None, share), [true, true, true]);
+        assert_eq!(
+            about(Some(Physics::Patch), Over::Mean),
+            [false, true, false]
+        );
+        assert_eq!(about(Some(Physics::Patch), share), [false, true, false]);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! The claims of `scenarios/claims.toml`, built into the program.
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::{Claim, Metric, Over, Relation};
 use crate::mapping::Method;
+use crate::world::Physics;
 
 /// The file, in the program itself: `evaluate --check` works in any folder.
 const TEXT: &str = include_str!("../../../scenarios/claims.toml");
@@ -29,13 +30,14 @@ impl Claims {
         toml::from_str(TEXT)
     }
 
-    /// The bound of a threshold on the mean of a metric; `None` if there is none.
+    /// The bound of a threshold on the mean of a metric in the matched world; `None` if there
+    /// is none.
     #[must_use]
     pub fn threshold(&self, scenario: &str, method: Method, metric: Metric) -> Option<f64> {
         let claim = self.thresholds.iter().find(|claim| {
             claim.scenario == scenario
                 && (claim.method, claim.metric) == (method, metric)
-                && claim.over == Over::Mean
+                && (claim.over, claim.physics) == (Over::Mean, None)
         });
         claim.map(|claim| claim.bound)
     }
@@ -55,7 +57,16 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct Block {
     scenarios: Vec<String>,
+    /// The physics of the worlds that the claims are about.
+    #[serde(default, deserialize_with = "physics")]
+    physics: Option<Physics>,
     claims: Vec<Bound>,
+}
+
+/// The physics of this name.
+fn physics<'d, D: Deserializer<'d>>(text: D) -> Result<Option<Physics>, D::Error> {
+    let name = String::deserialize(text)?;
+    name.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
 /// A claim without its scenario.
@@ -134,6 +145,7 @@ impl Block {
                 over: bound.over,
                 relation: bound.relation,
                 bound: bound.bound,
+                physics: self.physics,
             };
             self.claims.iter().map(claim).collect::<Vec<_>>()
         })
@@ -151,12 +163,40 @@ mod tests {
         // 8 in each of three scenarios, 6 in each maze.
         assert_eq!(claims.paper.len(), 3 * 8 + 2 * 6);
         // 9 in each scenario, 7 of the openings of each maze.
-        assert_eq!(claims.thresholds.len(), 5 * 9 + 2 * 7);
+        let (patch, other): (Vec<_>, Vec<_>) = claims
+            .thresholds
+            .iter()
+            .partition(|claim| claim.physics == Some(Physics::Patch));
+        assert_eq!(other.len(), 5 * 9 + 2 * 7);
+        assert!(other.iter().all(|claim| claim.physics.is_none()));
+        let of_walls = patch.iter().filter(|it| it.method == Method::WALL_MAP);
+        assert_eq!(of_walls.count(), 3);
         for claim in claims.paper.iter().chain(&claims.thresholds) {
             assert!(standard(&claim.scenario).is_some(), "{claim:?}");
         }
         let bound = claims.threshold("msod", Method::PAPER, Metric::Oe);
         assert_eq!(bound, Some(0.035));
+    }
+
+    #[test]
+    fn a_block_of_claims_may_name_the_physics_of_its_worlds() {
+        let block = |physics: &str| {
+            let text = format!(
+                "scenarios = [\"msod\", \"msm_l\"]\n{physics}\n\
+                 claims = [{{ method = \"plus\", metric = \"coverage\", at_least = 0.88 }}]"
+            );
+            toml::from_str::<Block>(&text).map_err(|error| error.to_string())
+        };
+        let claims: Vec<_> = block("physics = \"patch\"")
+            .unwrap()
+            .into_claims()
+            .collect();
+        assert_eq!(claims.len(), 2);
+        assert!(claims.iter().all(|it| it.physics == Some(Physics::Patch)));
+        let claims: Vec<_> = block("").unwrap().into_claims().collect();
+        assert!(claims.iter().all(|it| it.physics.is_none()));
+        let error = block("physics = \"lambert\"").unwrap_err();
+        assert!(error.contains("lambert"), "{error}");
     }
 
     #[test]

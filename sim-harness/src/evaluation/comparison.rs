@@ -1,6 +1,7 @@
 //! Whole comparisons: every method on the same drives, over scenarios and seeds.
 
 use core::ops::Range;
+use core::sync::atomic::{AtomicUsize, Ordering};
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::node::Config;
@@ -8,7 +9,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use super::{DriveJudge, DriveScores, Truth};
-use crate::drive::Record;
+use crate::drive::{Record, RingCalibration};
 use crate::mapping::{Method, Setup};
 use crate::rig::Rig;
 use crate::world::{Options, Scenario, simulate_with};
@@ -29,6 +30,9 @@ pub struct MethodComparison {
     pub options: Options,
     /// Gain of the filters' and the ISM's model, counts m^2; `None` is the sensor's own.
     pub alpha_counts_m2: Option<f32>,
+    /// Alpha and gains of the sensors in the model of filters and methods; `None` is the
+    /// sensor's own alpha and equal gains. `alpha_counts_m2` wins.
+    pub calibration: Option<RingCalibration>,
     /// Whether the robot's footprint is free in every method's map; not so in the paper.
     pub footprint: bool,
     /// Threads; 0 for one a processor. The results do not depend on it.
@@ -99,6 +103,18 @@ impl MethodComparison {
     /// # Errors
     /// The first of [`ComparisonError`] in this order.
     pub fn run(&self) -> Result<Vec<Trial>, ComparisonError> {
+        self.run_with_progress(&|_, _| {})
+    }
+
+    /// As [`run`](Self::run); `progress` is called with the number of maps that are made,
+    /// and of those to be made, after each map, by any thread.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_with_progress(
+        &self,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Vec<Trial>, ComparisonError> {
         let drives: Vec<(&Scenario, u64)> = self
             .scenarios
             .iter()
@@ -106,9 +122,13 @@ impl MethodComparison {
             .collect();
         let pool = ThreadPoolBuilder::new().num_threads(self.threads).build()?;
         let drives: Vec<_> = pool.install(|| {
-            let trials = drives
-                .par_iter()
-                .map(|(scenario, seed)| self.drive(scenario, *seed));
+            let maps = drives.len() * self.methods.len();
+            let made = AtomicUsize::new(0);
+            let trials = drives.par_iter().map(|(scenario, seed)| {
+                self.drive(scenario, *seed, &|| {
+                    progress(1 + made.fetch_add(1, Ordering::Relaxed), maps);
+                })
+            });
             trials.collect()
         });
         let drives: Result<Vec<_>, _> = drives.into_iter().collect();
@@ -116,7 +136,12 @@ impl MethodComparison {
     }
 
     /// All methods on one drive.
-    fn drive(&self, scenario: &Scenario, seed: u64) -> Result<Vec<Trial>, ComparisonError> {
+    fn drive(
+        &self,
+        scenario: &Scenario,
+        seed: u64,
+        on_map: &dyn Fn(),
+    ) -> Result<Vec<Trial>, ComparisonError> {
         let inputs = simulate_with(scenario, seed, &self.options).inputs;
         let mut steps: Vec<Record> = Vec::new();
         let config = self.config(scenario, seed, Profile::Paper);
@@ -147,6 +172,7 @@ impl MethodComparison {
                 judge.take(record, mapper);
             });
             checked(scenario, seed, outcome)?;
+            on_map();
             Ok(Trial {
                 scenario: scenario.name.clone(),
                 method: *method,
@@ -164,6 +190,9 @@ impl MethodComparison {
             particles_per_sensor: self.particles_per_sensor,
             ..scenario.config(profile)
         };
+        if let Some(calibration) = &self.calibration {
+            calibration.apply(&mut config);
+        }
         if let Some(alpha) = self.alpha_counts_m2 {
             config.photometry.alpha_counts_m2 = alpha;
         }

@@ -1,6 +1,6 @@
 //! The scores of a drive's map, at its end and during the drive.
 
-use super::{OpeningScores, Scores, Truth};
+use super::{OpeningScores, Scores, SurfaceOffset, Truth};
 use crate::drive::Record;
 use crate::geometry::Pose2;
 use crate::mapping::{Map, Mapper, Occupancy};
@@ -17,11 +17,14 @@ const DETECTED_WITHIN_M: f64 = 0.025;
 pub struct DriveScores {
     /// The final map's.
     pub last: Scores,
+    /// Where the final map has the surfaces.
+    pub offset: SurfaceOffset,
     /// Mean of the overall error over eight snapshots along the path, at equal shares
     /// of the steps, each at its own best expansion; `None` if none has a classified
-    /// cell, else the mean of those that have.
+    /// cell or there is no map during the drive, else the mean of those that have.
     pub oe_path_mean: Option<f64>,
-    /// The scenario's openings, in its order, each when it is due.
+    /// The scenario's openings, in its order, each when it is due; empty if there is no
+    /// map during the drive.
     pub openings: Vec<OpeningScores>,
     /// Distance from the hull to the nearest surface after the first step that showed
     /// two occupied cells within 25 mm of a surface, metres.
@@ -109,11 +112,22 @@ impl<'s> DriveJudge<'s> {
     #[must_use]
     pub fn finish(mut self, mapper: &dyn Mapper) -> DriveScores {
         self.end_step(mapper);
-        DriveScores {
-            last: Scores::of(&mapper.map(), self.truth),
+        let map = mapper.map();
+        let drive = DriveScores {
+            last: Scores::of(&map, self.truth),
+            offset: SurfaceOffset::of(&map, self.truth),
             oe_path_mean: mean(&self.snapshots),
             openings: self.openings,
             detected_at_m: self.detected_at_m,
+        };
+        if mapper.is_online() {
+            return drive;
+        }
+        DriveScores {
+            oe_path_mean: None,
+            openings: Vec::new(),
+            detected_at_m: None,
+            ..drive
         }
     }
 
@@ -270,6 +284,46 @@ mod tests {
             (scores.detected_at_m.unwrap() - 0.110).abs() < 1e-6,
             "{scores:?}"
         );
+    }
+
+    /// A map that is made at the end.
+    struct Batch(Growing);
+
+    impl Mapper for Batch {
+        fn take(&mut self, record: &Record) {
+            self.0.take(record);
+        }
+
+        fn map(&self) -> Map {
+            self.0.map()
+        }
+
+        fn is_online(&self) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn a_method_without_a_map_during_the_drive_has_no_scores_of_it() {
+        let scenario =
+            scenario("[[opening]]\nmin = [0, 0]\nmax = [0.3, 0.01]\njudged_at_m = 0.06\n");
+        let poses = poses(0.0101);
+        let truth = Truth::of(&scenario, &poses);
+        let mut mapper = Batch(Growing { steps: 0 });
+        let mut judge = DriveJudge::new(&scenario, &truth, &poses);
+        for pose in &poses {
+            let record = Record::Pose {
+                stamp_us: 0,
+                world_from_body: *pose,
+            };
+            judge.take(&record, &mapper);
+            mapper.take(&record);
+        }
+        let scores = judge.finish(&mapper);
+        assert_eq!(scores.last.oe, Some(0.75));
+        assert_eq!(scores.oe_path_mean, None);
+        assert_eq!(scores.opening_false_occupied(), None);
+        assert_eq!(scores.detected_at_m, None);
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub fn event_scores(
     let mut mapper = FootprintMapper::new(mapper, scenario.cell_m, hull_radius_m);
     let mut events = events.events()?;
     let mut judge = DriveJudge::new(scenario, &truth, poses);
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(config);
     let read = |take: &mut dyn FnMut(&Record)| {
         events
             .by_ref()

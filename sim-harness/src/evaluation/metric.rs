@@ -24,6 +24,10 @@ pub enum Metric {
     SurfaceRecall,
     /// Share of the visible free space that is classified.
     Coverage,
+    /// Mean distance of the occupied cells behind the visible surface, metres.
+    SurfaceBias,
+    /// RMS of that distance, metres.
+    SurfaceRms,
     /// Classified cells.
     Cells,
     /// Cells that are not classified.
@@ -53,6 +57,8 @@ impl Metric {
             Self::J => "J",
             Self::SurfaceRecall => "surface recall",
             Self::Coverage => "coverage",
+            Self::SurfaceBias => "surface bias",
+            Self::SurfaceRms => "surface RMS",
             Self::Cells => "classified cells",
             Self::Unknown => "unknown cells",
             Self::OpeningFalse => "false cells in openings",
@@ -76,6 +82,8 @@ impl Metric {
             Self::J => last.j,
             Self::SurfaceRecall => last.surface_recall,
             Self::Coverage => last.coverage,
+            Self::SurfaceBias => scores.offset.bias_m,
+            Self::SurfaceRms => scores.offset.rms_m,
             Self::Cells => Some(last.cells as f64),
             Self::Unknown => Some(last.unknown as f64),
             Self::OpeningFalse => scores.opening_false_occupied().map(|cells| cells as f64),

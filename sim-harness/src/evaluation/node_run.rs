@@ -26,7 +26,7 @@ pub struct NodeRun {
 /// As [`run`].
 pub fn map(scenario: &Scenario, config: &Config, inputs: &[Input]) -> Result<NodeRun, RunError> {
     let mut mapper = CountingMapper::new(scenario.cell_m);
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(config);
     let mut events = Vec::new();
     let outcome = run(config, inputs, |event| {
         records.translate(event, &mut |record| mapper.take(record));

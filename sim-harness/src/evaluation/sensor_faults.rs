@@ -5,14 +5,16 @@ use core::ops::Range;
 
 use amiro_ipf::filter::Profile;
 use amiro_ipf::model::SENSORS;
-use amiro_ipf::node::Config;
+use amiro_ipf::node::{Config, Input};
 use rayon::prelude::*;
 
-use super::{MeanStd, Number, Scores, map};
-use crate::RunError;
+use super::{MeanStd, Number, Scores, Truth};
 use crate::faults::{ActiveFaults, Component, Kind};
+use crate::mapping::{Mapper, Method, Setup};
+use crate::rig::Rig;
 use crate::robot::{Robot, RobotDrive, drive};
 use crate::world::{Drive, Options, Scenario};
+use crate::{RunError, pipeline};
 
 /// How one sensor is broken from some time of a drive on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,17 +72,19 @@ pub struct SensorFaultTrials {
     pub seeds: Range<u64>,
     /// When the sensor breaks, as a share of the drive's time.
     pub breaks_at: f64,
+    /// The methods.
+    pub methods: Vec<Method>,
     /// Particles for each sensor in use.
     pub particles_per_sensor: u16,
 }
 
-/// One scenario and profile, with one break or none: statistics over the seeds.
+/// One scenario and method, with one break or none: statistics over the seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorFaultRow {
     /// The scenario's name.
     pub scenario: String,
-    /// The filter.
-    pub profile: Profile,
+    /// The method.
+    pub method: Method,
     /// The break; `None` for no fault.
     pub sensor_break: Option<SensorBreak>,
     /// Overall error at the best wall expansion.
@@ -116,7 +120,7 @@ impl SensorFaultRow {
 type BreakScores = [Scores; 1 + SensorBreak::ALL.len()];
 
 impl SensorFaultTrials {
-    /// Drives and maps everything: by scenario, then profile, then break.
+    /// Drives and maps everything: by scenario, then method, then break.
     ///
     /// # Errors
     /// A filter did not run.
@@ -129,34 +133,32 @@ impl SensorFaultTrials {
                 .map(|seed| self.scores(scenario, *seed))
                 .collect();
             let drives = drives?;
-            for (place, profile) in PROFILES.into_iter().enumerate() {
-                let of_profile: Vec<BreakScores> =
-                    drives.iter().map(|drive| drive[place]).collect();
+            for (place, method) in self.methods.iter().enumerate() {
+                let of_method = drives.iter().filter_map(|drive| drive.get(place).copied());
+                let of_method: Vec<BreakScores> = of_method.collect();
                 let troubles = [None].into_iter().chain(SensorBreak::ALL.map(Some));
                 rows.extend(troubles.enumerate().map(|(column, sensor_break)| {
-                    row(scenario, profile, sensor_break, &seeds, column, &of_profile)
+                    row(scenario, *method, sensor_break, &seeds, column, &of_method)
                 }));
             }
         }
         Ok(rows)
     }
 
-    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<[BreakScores; 2], RunError> {
+    fn scores(&self, scenario: &Scenario, seed: u64) -> Result<Vec<BreakScores>, RunError> {
         let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
         let component = Component::Sensor((seed % SENSORS as u64) as usize);
         let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
         let sound = driven(ActiveFaults::none());
         let broken = SensorBreak::ALL
             .map(|broken| driven(ActiveFaults::none().from(from_us, component, broken.kind())));
-        let of_profile = |profile| -> Result<BreakScores, RunError> {
+        let of_method = |method: &Method| -> Result<BreakScores, RunError> {
             let config = Config {
                 seed,
                 particles_per_sensor: self.particles_per_sensor,
-                ..scenario.config(profile)
+                ..scenario.config(method.profile.unwrap_or(Profile::Paper))
             };
-            let judged = |whole: &RobotDrive| -> Result<Scores, RunError> {
-                Ok(map(scenario, &config, &whole.inputs())?.scores(scenario))
-            };
+            let judged = |whole: &RobotDrive| judged(scenario, method, &config, &whole.inputs());
             let [dead, saturated, stuck] = &broken;
             Ok([
                 judged(&sound)?,
@@ -165,15 +167,33 @@ impl SensorFaultTrials {
                 judged(stuck)?,
             ])
         };
-        Ok([of_profile(Profile::Paper)?, of_profile(Profile::Plus)?])
+        self.methods.iter().map(of_method).collect()
     }
 }
 
-const PROFILES: [Profile; 2] = [Profile::Paper, Profile::Plus];
+/// The scores of a method's map of a drive; visibility is from the poses of the steps.
+fn judged(
+    scenario: &Scenario,
+    method: &Method,
+    config: &Config,
+    inputs: &[Input],
+) -> Result<Scores, RunError> {
+    let mut mapper = method.mapper(&Setup {
+        extent: Some(scenario.extent),
+        ..Setup::new(&Rig::from(config), scenario.cell_m)
+    });
+    let mut poses = Vec::new();
+    pipeline::run(
+        |take| pipeline::records(method, config, inputs, take),
+        &mut mapper,
+        &mut |record, _| poses.extend(record.pose()),
+    )?;
+    Ok(Scores::of(&mapper.map(), &Truth::of(scenario, &poses)))
+}
 
 fn row(
     scenario: &Scenario,
-    profile: Profile,
+    method: Method,
     sensor_break: Option<SensorBreak>,
     seeds: &[u64],
     column: usize,
@@ -191,7 +211,7 @@ fn row(
     let worst = worst.filter_map(|(loss, seed)| Some(((*loss)?, *seed)));
     SensorFaultRow {
         scenario: scenario.name.clone(),
-        profile,
+        method,
         sensor_break,
         oe: spread(|scores| scores.oe),
         oe_unexpanded: spread(|scores| scores.oe_unexpanded),
@@ -219,10 +239,10 @@ impl fmt::Display for SensorFaultRow {
             .map_or("none".to_owned(), |sensor_break| sensor_break.to_string());
         write!(
             f,
-            "{verdict}  {:6} {:5} {sensor_break:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
+            "{verdict}  {:6} {:8} {sensor_break:9}  OE {:5} %  plain OE {:5} %  TPR {:4}  FPR {:5}  recall {:4}  \
              coverage {:4}",
             self.scenario,
-            profile_name(self.profile),
+            self.method,
             percent(self.oe.mean),
             percent(self.oe_unexpanded.mean),
             figure(self.tpr.mean, 2),
@@ -243,10 +263,31 @@ impl fmt::Display for SensorFaultRow {
     }
 }
 
-/// What a profile is called in tables.
-const fn profile_name(profile: Profile) -> &'static str {
-    match profile {
-        Profile::Paper => "paper",
-        Profile::Plus => "plus",
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::standard;
+
+    #[test]
+    fn any_method_is_judged_with_each_break() {
+        let trials = SensorFaultTrials {
+            scenarios: vec![standard("msod").unwrap().unwrap()],
+            seeds: 100..101,
+            breaks_at: 0.5,
+            methods: vec![Method::PLUS, Method::ISM_TUNED, Method::ALL_FREE],
+            particles_per_sensor: 50,
+        };
+        let rows = trials.run().unwrap();
+        assert_eq!(rows.len(), 3 * (1 + SensorBreak::ALL.len()));
+        for (rows, method) in rows.chunks(4).zip(&trials.methods) {
+            assert!(rows.iter().all(|row| row.method == *method), "{rows:?}");
+            assert!(rows.iter().all(|row| row.oe.mean.is_some()), "{rows:?}");
+            assert_eq!(rows[0].worst, Some((0.0, 100)), "{rows:?}");
+        }
+        assert!(
+            rows[11].to_string().contains("all-free stuck"),
+            "{}",
+            rows[11]
+        );
     }
 }

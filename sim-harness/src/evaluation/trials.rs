@@ -19,6 +19,20 @@ impl<'t> Trials<'t> {
         (!trials.is_empty()).then_some(Self { trials })
     }
 
+    /// Those of `all` with the given method, of all scenarios; `None` if there are none.
+    #[must_use]
+    pub fn of_method(all: &'t [Trial], method: Method) -> Option<Self> {
+        let trials: Vec<_> = all.iter().filter(|trial| trial.method == method).collect();
+        (!trials.is_empty()).then_some(Self { trials })
+    }
+
+    /// A metric's mean over the drives in which it is defined, and their number.
+    #[must_use]
+    pub fn mean_of_defined(&self, metric: Metric) -> (Option<f64>, usize) {
+        let values: Vec<Option<f64>> = self.defined(metric).map(|(value, _)| Some(value)).collect();
+        (MeanStd::of(&values).mean, values.len())
+    }
+
     /// Mean and standard deviation of a metric over the seeds.
     #[must_use]
     pub fn mean_std(&self, metric: Metric) -> MeanStd {

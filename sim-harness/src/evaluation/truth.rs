@@ -31,6 +31,8 @@ pub struct Truth {
     shapes: Vec<Shape>,
     extent: Rectangle,
     surface: Vec<Vector>,
+    /// The directions in which the surface places were first seen, unit vectors.
+    seen_along: Vec<Vector>,
     free: Vec<Vector>,
 }
 
@@ -46,13 +48,14 @@ impl Truth {
             shapes: scenario.shapes.clone(),
             extent: scenario.extent,
             surface: Vec::new(),
+            seen_along: Vec::new(),
             free: Vec::new(),
         };
         let cells = Lattice::new(scenario.cell_m);
         let mut seen_cells = BTreeSet::new();
         for pose in steps {
             witness.stand_at(pose);
-            witness.see_outlines(&mut truth.surface);
+            witness.see_outlines(&mut truth);
             for cell in witness.cells_around(&cells) {
                 if seen_cells.contains(&cell) {
                     continue;
@@ -102,6 +105,13 @@ impl Truth {
     #[must_use]
     pub fn surface(&self) -> &[Vector] {
         &self.surface
+    }
+
+    /// For each of [`surface`](Self::surface) the direction in which it was first seen, a
+    /// unit vector.
+    #[must_use]
+    pub fn seen_along(&self) -> &[Vector] {
+        &self.seen_along
     }
 
     /// Centres of the free cells that were visible, of the scenario's cell size.
@@ -159,32 +169,43 @@ impl<'s> Witness<'s> {
     }
 
     fn sees(&self, place: Vector) -> bool {
-        self.sensor_poses.iter().any(|sensor_pose| {
+        self.seen_along(place).is_some()
+    }
+
+    /// The direction in which a sensor sees a place, if one does.
+    fn seen_along(&self, place: Vector) -> Option<Vector> {
+        self.sensor_poses.iter().find_map(|sensor_pose| {
             let way = place - sensor_pose.position;
             let distance_m = way.norm();
             if distance_m > self.seen_m || distance_m < HIDDEN_M {
-                return false;
+                return None;
             }
             let sensor = way.turned(sensor_pose.axis.inverse());
             if sensor.y.abs() > f64::from(self.lobe.tangent_max()) * sensor.x {
-                return false;
+                return None;
             }
             let lobe = self.lobe.at((sensor.x / distance_m) as f32);
             if distance_m > self.seen_m * f64::from(lobe) {
-                return false;
+                return None;
             }
             let direction = way.scaled(1.0 / distance_m);
             first_surface(&self.near, sensor_pose.position, direction)
                 .is_none_or(|(first_m, _)| first_m >= distance_m - HIDDEN_M)
+                .then_some(direction)
         })
     }
 
-    /// Moves the outline places that are seen from here to `seen`.
-    fn see_outlines(&mut self, seen: &mut Vec<Vector>) {
+    /// Moves the outline places that are seen from here to the truth.
+    fn see_outlines(&mut self, truth: &mut Truth) {
         let mut hidden = std::mem::take(&mut self.hidden);
         for (shape, places) in self.scenario.shapes.iter().zip(&mut hidden) {
             if self.is_near(shape) {
-                seen.extend(places.extract_if(.., |place| self.sees(*place)));
+                let seen_along = &mut truth.seen_along;
+                truth.surface.extend(places.extract_if(.., |place| {
+                    let along = self.seen_along(*place);
+                    seen_along.extend(along);
+                    along.is_some()
+                }));
             }
         }
         self.hidden = hidden;

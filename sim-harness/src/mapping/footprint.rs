@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Belief, Map, Mapper};
+use super::{Belief, FinishProgress, Map, MappedWall, Mapper};
 use crate::drive::Record;
 use crate::geometry::Vector;
 use crate::lattice::{Cell, Lattice};
@@ -78,8 +78,8 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
         }
     }
 
-    fn finish(&mut self) {
-        self.mapper.finish();
+    fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
+        self.mapper.finish(progress);
     }
 
     fn map(&self) -> Map {
@@ -94,6 +94,14 @@ impl<M: Mapper> Mapper for FootprintMapper<M> {
         }
         (0..footprint.refused).for_each(|_| map.refuse());
         map
+    }
+
+    fn is_online(&self) -> bool {
+        self.mapper.is_online()
+    }
+
+    fn walls(&self) -> &[MappedWall] {
+        self.mapper.walls()
     }
 }
 

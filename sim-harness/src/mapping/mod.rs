@@ -8,9 +8,11 @@ mod all_free;
 mod belief;
 mod calculus;
 mod counting;
+mod finish_progress;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod mapped_wall;
 mod methods;
 mod wall_map;
 
@@ -18,11 +20,15 @@ pub use all_free::AllFreeMapper;
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
 pub use counting::CountingMapper;
+pub use finish_progress::FinishProgress;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use mapped_wall::MappedWall;
 pub use methods::{Method, Setup, UnknownMethod};
-pub use wall_map::{MappedWall, SensorGain, WallMapParameters, WallMapper};
+pub use wall_map::{
+    KEPT_EVIDENCE, RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
+};
 
 use crate::drive::Record;
 
@@ -31,11 +37,23 @@ pub trait Mapper {
     /// Takes the next record; one that is no evidence is passed over.
     fn take(&mut self, record: &Record);
 
-    /// Ends the drive: the work of methods that need all records first.
-    fn finish(&mut self) {}
+    /// Ends the drive: the work of methods that need all records first. `progress` is
+    /// called as it goes on.
+    fn finish(&mut self, _progress: &mut dyn FnMut(FinishProgress)) {}
 
     /// The map so far.
     fn map(&self) -> Map;
+
+    /// Whether the map grows during the drive; false for a method that makes it in
+    /// [`finish`](Self::finish), so that a map before that is none.
+    fn is_online(&self) -> bool {
+        true
+    }
+
+    /// The straight walls that the method has fitted so far; none for a method of cells.
+    fn walls(&self) -> &[MappedWall] {
+        &[]
+    }
 }
 
 impl<M: Mapper + ?Sized> Mapper for Box<M> {
@@ -43,12 +61,20 @@ impl<M: Mapper + ?Sized> Mapper for Box<M> {
         (**self).take(record);
     }
 
-    fn finish(&mut self) {
-        (**self).finish();
+    fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
+        (**self).finish(progress);
     }
 
     fn map(&self) -> Map {
         (**self).map()
+    }
+
+    fn is_online(&self) -> bool {
+        (**self).is_online()
+    }
+
+    fn walls(&self) -> &[MappedWall] {
+        (**self).walls()
     }
 }
 

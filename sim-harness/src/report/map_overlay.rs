@@ -1,4 +1,5 @@
-//! The lines over a map: true outlines, the robot's path, the robot at its end.
+//! The lines over a map: true outlines, wall segments, the robot's path, the robot at its
+//! end.
 
 use amiro_ipf::geometry::{Point, Rotation};
 
@@ -6,6 +7,7 @@ use super::line_drawing::LineDrawing;
 use super::map_picture::{MapPicture, OUTLINE, PATH};
 use super::picture::Picture;
 use super::pixel_grid::PixelGrid;
+use super::wall_overlay::draw_walls;
 
 /// Radius of AMiRo's round body, metres.
 const AMIRO_RADIUS_M: f64 = 0.05;
@@ -44,7 +46,13 @@ impl<'a> MapOverlay<'a> {
         offsets.filter_map(move |offset| end.map(|(x, y)| (x + offset, y + offset)))
     }
 
-    /// Draws outlines below, the path above them, the robot on top.
+    /// The ends of the wall segments.
+    pub(super) fn wall_ends(&self) -> impl Iterator<Item = (f64, f64)> {
+        let ends = self.picture.walls.iter().flat_map(|wall| wall.ends);
+        ends.map(|end| (end.x, end.y))
+    }
+
+    /// Draws outlines below, wall segments and the path above them, the robot on top.
     pub(super) fn draw(&self, drawing: &mut Picture, grid: &PixelGrid) {
         let (width, height) = (drawing.width(), drawing.height());
         let mut outlines = LineDrawing::new(width, height);
@@ -53,6 +61,7 @@ impl<'a> MapOverlay<'a> {
             outlines.line(closed.map(|point| grid.place(*point)), PEN_PX);
         }
         outlines.blend(drawing, OUTLINE);
+        draw_walls(self.picture.walls, drawing, grid);
 
         let mut lines = LineDrawing::new(width, height);
         let path = || self.picture.path.iter().map(|point| grid.place(*point));

@@ -1,5 +1,6 @@
 //! A map as a picture: cells, the robot's path, the true outlines, a scale bar.
 
+use crate::drive::WallState;
 use crate::mapping::{MAX_CELLS, Map};
 use crate::world::Scenario;
 
@@ -52,6 +53,9 @@ pub struct MapPicture<'a> {
     pub final_heading_rad: Option<f64>,
     /// Closed polygons of the true shapes, metres; cut at the picture's edge.
     pub outlines: &'a [Vec<(f64, f64)>],
+    /// Wall segments, drawn with a band of two standard deviations; the picture holds
+    /// their ends.
+    pub walls: &'a [WallState],
     /// The cells to show instead of the known ones, so that two maps can be compared.
     ///
     /// For two maps with cells of one size: [`CellWindow::known`] of both, joined.
@@ -87,6 +91,7 @@ impl MapPicture<'_> {
             .iter()
             .copied()
             .chain(overlay.robot_corners())
+            .chain(overlay.wall_ends())
             .filter_map(|(x, y)| map.cell_at(x, y))
             .fold(self.window.unwrap_or(known), CellWindow::with)
             .widened(MARGIN_CELLS);
@@ -317,6 +322,7 @@ mod tests {
                 jumps: &[],
                 final_heading_rad: Some(0.4),
                 outlines: &outlines,
+                walls: &[],
                 window: None,
             };
             picture.render(&grid)

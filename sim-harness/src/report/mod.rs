@@ -18,6 +18,8 @@ mod pixel_grid;
 mod run_files;
 mod scale_bar;
 mod text;
+mod wall_files;
+mod wall_overlay;
 
 pub use cell_window::CellWindow;
 pub use drive_files::{DRIVE_FILES, DriveMapSummary};
@@ -27,4 +29,6 @@ pub use map_server::MapServerPair;
 pub use paper::{FigureError, PageSection, PageTable, Panel, PanelRow, PaperFigure, page};
 pub use picture::{Colour, Picture, beside};
 pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};
-pub use run_files::{RUN_FILES, RunSummary, WallReports, run_picture, save_run_map};
+pub use run_files::{RUN_FILES, RunSummary, WallCount, WallReports, run_picture, save_run_map};
+pub use wall_files::{WALL_FILES, save_walls};
+pub use wall_overlay::WALL;

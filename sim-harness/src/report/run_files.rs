@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use super::{CellWindow, MapPicture, MapServerPair, Picture, outlines};
+use super::{CellWindow, MapPicture, MapServerPair, Picture, outlines, save_walls};
 use crate::device::Verdict;
 use crate::evaluation::{MappedPath, ScoreRecord, WallReport};
 use crate::geometry::Pose2;
@@ -32,6 +32,9 @@ pub struct RunSummary {
     /// Walls beside the path, where there is no truth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub walls: Option<WallReports>,
+    /// The wall segments that were not given up, where there are walls messages.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_segments: Option<WallCount>,
     /// The board's run, or the recorded one, against this host's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Verdict>,
@@ -73,6 +76,34 @@ impl fmt::Display for WallReports {
     }
 }
 
+/// The wall segments of a run that were not given up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WallCount {
+    /// Number of them.
+    pub standing: u64,
+    /// Their length together, metres.
+    pub length_m: f64,
+    /// Segments that were not kept because there are too many.
+    pub refused: u64,
+}
+
+impl WallCount {
+    /// The segments of a run; `None` without walls messages.
+    #[must_use]
+    pub fn of(run_record: &RunRecord) -> Option<Self> {
+        let walls = run_record.known_walls();
+        let lengths = walls.standing().map(|wall| {
+            let [from, to] = wall.state.ends;
+            (to - from).norm()
+        });
+        (!walls.is_empty()).then(|| Self {
+            standing: walls.standing().count() as u64,
+            length_m: lengths.fold(0.0, |sum, length_m| sum + length_m),
+            refused: walls.refused(),
+        })
+    }
+}
+
 impl RunSummary {
     /// Writes the summary into a folder.
     ///
@@ -90,7 +121,8 @@ impl RunSummary {
     }
 }
 
-/// The picture of a run, with the outlines of a known world in red.
+/// The picture of a run, with the outlines of a known world in red and the wall segments
+/// of its messages in orange.
 #[must_use]
 pub fn run_picture(
     run_record: &RunRecord,
@@ -100,6 +132,11 @@ pub fn run_picture(
 ) -> Picture {
     let path = run_record.path();
     let outlines = scenario.map(outlines).unwrap_or_default();
+    let walls: Vec<_> = run_record
+        .known_walls()
+        .standing()
+        .map(|wall| wall.state)
+        .collect();
     let heading = run_record.poses().last().map(Pose2::heading_rad);
     MapPicture {
         robot_radius_m: None,
@@ -108,6 +145,7 @@ pub fn run_picture(
         jumps: run_record.jumps(),
         final_heading_rad: heading,
         outlines: &outlines,
+        walls: &walls,
         window,
     }
     .render(&run_record.map())
@@ -122,7 +160,8 @@ pub const RUN_FILES: [&str; 5] = [
     "stream.ipf",
 ];
 
-/// Writes `map.png`, `map.pgm` and `map.yaml` into a folder.
+/// Writes `map.png`, `map.pgm` and `map.yaml` into a folder, and the files of the wall
+/// segments ([`WALL_FILES`](super::WALL_FILES)) if the run has any.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -132,5 +171,6 @@ pub fn save_run_map(
     folder: &Path,
 ) -> Result<(), WriteError> {
     picture.save_png(&folder.join("map.png"))?;
-    MapServerPair::new(&run_record.map()).save(folder)
+    MapServerPair::new(&run_record.map()).save(folder)?;
+    save_walls(run_record.known_walls(), folder)
 }

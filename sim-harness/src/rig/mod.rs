@@ -5,8 +5,10 @@ mod file;
 
 pub use file::RigError;
 
+use amiro_ipf::model::Photometry;
+
 use crate::geometry::Pose2;
-use crate::sensors::Sensor;
+use crate::sensors::{Infrared, Sensor};
 
 /// A robot: name, size, and the sensors in the order in which a scan lists them.
 ///
@@ -36,4 +38,19 @@ pub struct SensorMount {
     pub body_from_sensor: Pose2,
     /// How it measures.
     pub sensor: Sensor,
+}
+
+impl Rig {
+    /// Sets the gain of the law of all infrared sensors, counts m^2.
+    pub fn set_alpha(&mut self, alpha_counts_m2: f32) {
+        for mount in &mut self.mounts {
+            if let Sensor::Infrared(sensor) = &mount.sensor {
+                let photometry = *sensor.photometry();
+                mount.sensor = Sensor::Infrared(Infrared::new(Photometry {
+                    alpha_counts_m2,
+                    ..photometry
+                }));
+            }
+        }
+    }
 }

@@ -166,6 +166,8 @@ pub(crate) fn signal_of(photometry: &Photometry, physics: Physics, shapes: &[Sha
 mod tests {
     use super::*;
     use crate::world::{Scenario, Vector};
+    use amiro_ipf::geometry::Point;
+    use amiro_ipf::model::{Wall, WallLaw};
 
     const LAW: Photometry = Photometry::VCNL4020;
 
@@ -311,6 +313,53 @@ mod tests {
         let dark = format!("{}reflectivity = 0.001\n", plate(0.05, 4.0, 0.0));
         let hidden = patch(&(post(0.04) + &dark));
         assert!((hidden - patch(&dark)).abs() < 1e-9, "{hidden}");
+    }
+
+    #[test]
+    fn patch_is_the_law_of_walls_with_ends() {
+        let law = WallLaw::of(&LAW);
+        // Faces that look at the sensor, from right to left; the last hides the others.
+        let mut faces: Vec<[f64; 4]> = Vec::new();
+        for face in [
+            [0.10, -0.30, 0.10, 0.30],
+            [0.12, -0.02, 0.10, 0.08],
+            [0.05, -0.09, 0.12, -0.05],
+            [0.15, -0.20, 0.09, -0.03],
+            [0.06, -0.005, 0.06, 0.025],
+        ] {
+            faces.push(face);
+            let mut tables = String::new();
+            for [x0, y0, x1, y1] in &faces {
+                let way = Vector::new(x1 - x0, y1 - y0);
+                let back = Vector::new(way.y, -way.x).scaled(0.5e-3 / way.norm());
+                let (x, y) = (0.5 * (x0 + x1) + back.x, 0.5 * (y0 + y1) + back.y);
+                let half = 0.5 * way.norm();
+                tables += &format!(
+                    "[[box]]\nmin = [{}, {}]\nmax = [{}, {}]\nangle_deg = {}\n",
+                    x - 0.5e-3,
+                    y - half,
+                    x + 0.5e-3,
+                    y + half,
+                    (-way.x).atan2(way.y).to_degrees()
+                );
+            }
+            let point = |x: f64, y: f64| Point::new(x as f32, y as f32);
+            let walls: Vec<Wall> = faces
+                .iter()
+                .map(|[x0, y0, x1, y1]| [point(*x0, *y0), point(*x1, *y1)])
+                .collect();
+            let (simulated, law) = (patch(&tables), f64::from(law.signal(&walls)));
+            // One ray of 121 at each end: 1.7 % of a full lobe at 60 mm, at most four ends
+            // with an edge before a farther face.
+            let ray = f64::from(LAW.alpha_counts_m2) / (0.06 * 0.06) * 0.017;
+            assert!(
+                (simulated - law).abs() < 2.0 * ray,
+                "{faces:?}: {simulated}, {law}"
+            );
+            if faces.len() == 1 {
+                assert!((simulated / law - 1.0).abs() < 0.01, "{simulated}, {law}");
+            }
+        }
     }
 
     #[test]

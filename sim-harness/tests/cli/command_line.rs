@@ -1112,6 +1112,54 @@ fn a_recording_with_a_lost_particle_frame_replays_as_equal_with_exit_code_4() {
 }
 
 #[test]
+fn a_replay_with_the_profile_wall_leaves_walls_and_another_one_removes_them() {
+    let folder = Folder::new("walls");
+    let (drive, out) = (folder.file("drive.ipf"), folder.file("out"));
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/msm_l.toml");
+    let arguments = ["simulate", scenario, "--physics", "patch", "--out", &drive];
+    assert_eq!(ipf(&arguments).status.code(), Some(0));
+    let replay = |file: &str, more: &[&str]| {
+        let output = ipf(&[&["replay", file, "--out", &out], more].concat());
+        (output.status.code(), printed(&output))
+    };
+    let read = |name: &str| std::fs::read_to_string(folder.file(&format!("out/{name}"))).ok();
+    let particles = ["--particles", "50"];
+    let (code, shown) = replay(&drive, &[&particles[..], &["--profile", "wall"]].concat());
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains(" wall segments of "), "{shown}");
+    let table = read("walls.csv").unwrap();
+    assert!(table.lines().count() > 4, "{table}");
+    // The stream alone gives the same walls, and each missing message is counted.
+    let stream = std::fs::read(folder.file("out/stream.ipf")).unwrap();
+    let copy = folder.file("stream.ipf");
+    std::fs::write(&copy, &stream).unwrap();
+    let (code, shown) = replay(&copy, &[]);
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains(" walls messages too"), "{shown}");
+    assert_eq!(read("walls.csv").unwrap(), table);
+    let mut count = 0;
+    let pieces = stream.split_inclusive(|byte| *byte == 0);
+    let kept = pieces.filter(|piece| {
+        let mut bytes = piece.strip_suffix(&[0]).unwrap_or(piece).to_vec();
+        let message = Frame::decode(&mut bytes).map(|frame| frame.message);
+        count += usize::from(matches!(message, Ok(Message::Event(Event::Walls(_)))));
+        !matches!(message, Ok(Message::Event(Event::Walls(_)))) || count != 3
+    });
+    std::fs::write(&copy, kept.flatten().copied().collect::<Vec<u8>>()).unwrap();
+    let (code, shown) = replay(&copy, &[]);
+    assert_eq!(code, Some(4), "{shown}");
+    assert!(
+        shown.contains("\nEQUAL, 1 walls messages lost: "),
+        "{shown}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&read("walls.json").unwrap()).unwrap();
+    assert_eq!(json["type"], "FeatureCollection");
+    let (code, shown) = replay(&drive, &[&particles[..], &["--profile", "plus"]].concat());
+    assert_eq!(code, Some(0), "{shown}");
+    assert_eq!((read("walls.csv"), read("walls.json")), (None, None));
+}
+
+#[test]
 fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
     let folder = Folder::new("map");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

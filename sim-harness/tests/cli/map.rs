@@ -278,3 +278,26 @@ fn no_map_replaces_the_recording_of_a_robot() {
     assert_eq!(code, Some(2), "{shown}");
     assert_eq!(fs::read_to_string(&drive).unwrap(), amiro_text(50));
 }
+
+#[test]
+fn a_method_that_works_at_the_end_shows_its_progress_on_a_terminal_only() {
+    let Some(recordings) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let folder = Folder::new("progress");
+    let drive = recordings.join("amiro/RingProximityAndOdometry_Left.txt");
+    let (drive, rig) = (drive.to_str().unwrap(), path("rigs/amiro.toml"));
+    let output = ipf(
+        &["map", drive, "--rig", &rig, "--out", "--method", "wall-map"],
+        &folder.out(),
+    );
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    // What was refused of the recording, and nothing else.
+    let shown = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(shown.lines().count(), 3, "{shown}");
+    assert!(
+        !shown.contains('\r') && !shown.contains('\u{1b}'),
+        "{shown}"
+    );
+    assert!(!shown.contains("searched"), "{shown}");
+}

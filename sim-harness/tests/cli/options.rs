@@ -248,6 +248,52 @@ fn a_value_outside_its_range_is_refused_before_any_work() {
 }
 
 #[test]
+fn files_of_gains_are_refused_with_file_key_and_reason_and_not_overwritten() {
+    let folder = Folder::new("gains");
+    let good = "alpha_counts_m2 = 1.0\nalpha_sigma_counts_m2 = 0.1\n\
+                gains = [1, 1, 1, 1, 1, 1, 1, 1.1]\n\
+                gain_sigmas = [0, 0, 0, 0, 0, 0, 0, 0]\nsources = []\n";
+    let write = |name: &str, text: &str| {
+        fs::write(folder.0.path().join(name), text).unwrap();
+    };
+    write("good.toml", good);
+    write("dim.toml", &good.replace("1.1]", "0.1]"));
+    write("seven.toml", &good.replace(", 1.1]", "]"));
+    write("other.toml", &good.replace("sources", "source"));
+    write("drive.txt", "");
+    folder.refuses(&[
+        (
+            "evaluate --gains none.toml",
+            "--gains: none.toml: No such file",
+        ),
+        (
+            "evaluate --gains dim.toml",
+            "--gains: dim.toml: gains[7] is 0.1; legal is 0.25 to 4",
+        ),
+        ("evaluate --gains seven.toml", "--gains: seven.toml: "),
+        ("record --on x --out y --gains other.toml", "unknown field"),
+        ("map x --rig good.toml --gains dim.toml", "good.toml: "),
+        (
+            "calibrate --from-drive drive.txt --out good.toml",
+            "--out: good.toml exists; --force replaces it",
+        ),
+        (
+            "calibrate --from-drive drive.txt --out drive.txt --force",
+            "drive.txt",
+        ),
+        ("calibrate x --from-drive drive.txt", "cannot be used with"),
+        ("calibrate --from-drive x --law wall", "cannot be used with"),
+        ("calibrate x --force", "cannot be used with"),
+        ("calibrate x --mask 3", "cannot be used with"),
+        ("calibrate", "<TABLE"),
+    ]);
+    assert_eq!(
+        fs::read_to_string(folder.0.path().join("good.toml")).unwrap(),
+        good
+    );
+}
+
+#[test]
 fn a_path_that_cannot_be_written_is_refused_before_any_work_and_named() {
     let folder = Folder::new("paths");
     fs::write(folder.0.path().join("file"), b"old").unwrap();

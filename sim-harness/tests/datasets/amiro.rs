@@ -63,6 +63,7 @@ fn mapped_with(
         path,
         rig,
         poses: PoseSource::Odometry,
+        calibration: None,
     };
     let dataset = recognise(path)?;
     assert_eq!(dataset.name(), "amiro");
@@ -216,6 +217,7 @@ fn a_reset_of_the_odometry_is_no_way_of_the_robot() {
         path: &path,
         rig: &rig,
         poses: PoseSource::Odometry,
+        calibration: None,
     };
     Amiro
         .read(&drive, &mut |_, _| {}, &mut |record| {
@@ -340,6 +342,7 @@ fn the_bytes_are_reported_over_both_passes() {
         path: &path,
         rig: &rig,
         poses: PoseSource::Odometry,
+        calibration: None,
     };
     let mut reports = Vec::new();
     Amiro
@@ -353,6 +356,7 @@ fn the_bytes_are_reported_over_both_passes() {
     assert!(reports.is_sorted(), "{reports:?}");
     let matched = DriveFile {
         poses: PoseSource::Matched,
+        calibration: None,
         ..drive
     };
     let error = Amiro.read(&matched, &mut |_, _| {}, &mut |_| {});

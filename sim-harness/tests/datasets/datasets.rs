@@ -37,6 +37,7 @@ fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (Driv
         path: drive,
         rig: &rig,
         poses,
+        calibration: None,
     };
     let run = pipeline::run(
         |take| pipeline::dataset_records(&Kcma, &drive, &options, &mut |_, _| {}, take),
@@ -75,6 +76,7 @@ fn read_with(
         path: folder,
         rig,
         poses,
+        calibration: None,
     };
     Kcma.read(&drive, &mut |_, _| {}, take)
 }
@@ -255,6 +257,7 @@ fn mounts_that_were_asked_for_and_have_no_data_are_named_and_alone_they_give_no_
         path: &robond(),
         rig: &rig,
         poses: PoseSource::Odometry,
+        calibration: None,
     };
     for (asked, silent) in [("", "laser"), ("sonar", ""), ("laser", "laser")] {
         let mut mapper = Method::ISM.mapper(&Setup::new(&rig, 0.1));
@@ -339,6 +342,7 @@ fn the_bytes_of_all_files_are_reported_up_to_their_sum() {
         path: &folder,
         rig: &rig,
         poses: PoseSource::Odometry,
+        calibration: None,
     };
     let mut reports = Vec::new();
     Kcma.read(

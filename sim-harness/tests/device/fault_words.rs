@@ -13,7 +13,7 @@ use amiro_ipf::board::health::Health;
 use amiro_ipf::board::offsets::OffsetReport;
 use amiro_ipf::board::supervision::{PostMortem, Supervision};
 use amiro_ipf::link::{Boot, FrameError, Message, Status, WIRE_VERSION};
-use amiro_ipf::node::{Config, Event, InputError, Particles, StepBegun, StepDone};
+use amiro_ipf::node::{Config, Event, InputError, Particles, StepBegun, StepDone, Walls};
 use sim_harness::device::{Imbalance, LinkError};
 use sim_harness::log::Reason;
 
@@ -25,7 +25,7 @@ const PAGE: &str = include_str!("../../../docs/faults.md");
 
 /// The payloads of the messages of a board; `Answer` has no type of its own.
 type Payloads = (
-    (Boot, Config, StepBegun, Particles, StepDone),
+    (Boot, Config, StepBegun, Walls, Particles, StepDone),
     (Status, Health, OffsetReport, PostMortem, Supervision),
 );
 
@@ -35,6 +35,7 @@ const _: fn(&Message) = |message| match message {
     Message::Event(
         Event::Configured(_)
         | Event::StepBegun(_)
+        | Event::Walls(_)
         | Event::Particles(_)
         | Event::StepDone(_)
         | Event::OdometryReset { .. },
@@ -73,7 +74,7 @@ const ENUMS: [(&str, Option<&str>); 19] = [
 ];
 
 /// The same of structs and their fields.
-const STRUCTS: [(&str, Option<&str>); 24] = [
+const STRUCTS: [(&str, Option<&str>); 25] = [
     ("Boot", None),
     ("Config", None),
     ("DifferentialDrive", None),
@@ -87,6 +88,7 @@ const STRUCTS: [(&str, Option<&str>); 24] = [
     ("Ring", None),
     ("StepBegun", None),
     ("StepDone", None),
+    ("Walls", None),
     // Their fields are those below.
     ("Health", None),
     ("Status", None),

@@ -464,6 +464,71 @@ fn a_recording_with_lost_particle_messages_is_equal_and_reports_their_number() {
     );
 }
 
+/// A recording with the profile `wall`, without some of its events, in an order of one's own.
+fn verdict_of_walls(change: impl FnOnce(&mut Vec<Event>)) -> Verdict {
+    let config = Config {
+        particles_per_sensor: 100,
+        ..Config::amiro(Profile::Wall)
+    };
+    let mut events = host_events(&inputs_with(config));
+    let mut comparison = Comparison::default();
+    events.iter().for_each(|event| comparison.expect(event));
+    change(&mut events);
+    events.iter().for_each(|event| comparison.meet(event));
+    comparison.verdict_of_recording()
+}
+
+#[test]
+fn a_recording_with_lost_walls_messages_is_equal_and_reports_their_number() {
+    let verdict = verdict_of_walls(|_| ());
+    assert_eq!(verdict.equality, Equality::Equal, "{verdict}");
+    assert_eq!(verdict.walls_messages, STEPS);
+    let shown = verdict.to_string();
+    assert!(shown.contains(", 7 walls messages too"), "{shown}");
+    let is_lost =
+        |event: &Event| matches!(event, Event::Walls(walls) if [0, 3].contains(&walls.index));
+    let verdict = verdict_of_walls(|events| events.retain(|event| !is_lost(event)));
+    assert_eq!(verdict.equality, Equality::ParticlesLost, "{verdict}");
+    assert_eq!(
+        (verdict.walls_messages, verdict.walls_messages_lost),
+        (STEPS - 2, 2)
+    );
+    assert_eq!(
+        (verdict.digests, verdict.particle_messages_lost),
+        (STEPS, 0)
+    );
+    let shown = verdict.to_string();
+    assert!(
+        shown.starts_with("EQUAL, 2 walls messages lost: 7 of 7"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn a_walls_message_that_is_changed_surplus_or_late_is_a_difference() {
+    let third = |events: &[Event]| {
+        let is_third = |event: &Event| matches!(event, Event::Walls(walls) if walls.index == 3);
+        events.iter().position(is_third).unwrap()
+    };
+    let changes: [fn(&mut Vec<Event>, usize); 3] = [
+        |events, at| {
+            if let Event::Walls(walls) = &mut events[at] {
+                walls.block[0] += 1;
+            }
+        },
+        |events, at| events.insert(at, events[at].clone()),
+        |events, at| events.swap(at, at + 1),
+    ];
+    for change in changes {
+        let verdict = verdict_of_walls(|events| {
+            let at = third(events);
+            change(events, at);
+        });
+        assert_eq!(verdict.equality, Equality::Different, "{verdict}");
+        assert_eq!(verdict.first_different_step, Some(3), "{verdict}");
+    }
+}
+
 #[test]
 fn a_recording_without_any_particle_message_is_equal_with_all_of_them_lost() {
     let verdict = verdict_of_recorded(|event| !matches!(event, Event::Particles(_)));

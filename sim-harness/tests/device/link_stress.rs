@@ -294,7 +294,7 @@ fn f60_a_map_from_a_line_with_a_bit_error_in_a_thousand_is_within_a_point_of_the
                 let poses: Vec<Pose2> = came.iter().filter_map(pose_of).collect();
                 let truth = Truth::of(&scenario, &poses);
                 let mut mapper = CountingMapper::new(scenario.cell_m);
-                let mut records = FilterRecords::new(config.photometry);
+                let mut records = FilterRecords::new(&config);
                 let mut take = |record: &Record| mapper.take(record);
                 came.iter()
                     .for_each(|event| records.translate(event, &mut take));

@@ -6,7 +6,7 @@ use amiro_ipf::board::clock_choice::ClockSource;
 use amiro_ipf::board::health::{BusState, Health};
 use amiro_ipf::board::offsets::{OffsetOrigin, Offsets};
 use amiro_ipf::board::sensor_state::SensorState;
-use amiro_ipf::filter::Profile;
+use amiro_ipf::filter::{Profile, SurvivalRule};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::Sample;
@@ -68,6 +68,9 @@ fn assert_equal_run(board: &mut Board, config: Config, inputs: &[Input]) -> Opti
     assert!(verdict.equal, "{verdict}");
     assert_eq!(verdict.digests, outcome.steps as usize, "{verdict}");
     assert!(verdict.particles > 0, "{verdict}");
+    let has_walls = config.parameters.survival == SurvivalRule::BernoulliOnWalls;
+    let walls = if has_walls { verdict.steps } else { 0 };
+    assert_eq!(verdict.walls_messages, walls, "{verdict}");
     last
 }
 
@@ -86,6 +89,26 @@ fn flash_image_gives_the_host_s_bytes_for_both_profiles_and_from_dirty_memory() 
         let mut board = Board::in_qemu(image, &options).unwrap();
         assert_equal_run(&mut board, Config::amiro(profile), &inputs(150));
     }
+}
+
+#[test]
+fn flash_image_tracks_the_host_s_walls() {
+    let Some(image) = common::image() else { return };
+    let mut board = Board::in_qemu(image, &QemuOptions::default()).unwrap();
+    let config = Config {
+        particles_per_sensor: 200,
+        ..Config::amiro(Profile::Wall)
+    };
+    let mut seen = 0;
+    let inputs = inputs(250);
+    run(&config, &inputs, |event| {
+        if let Event::Walls(walls) = event {
+            seen += walls.seen.len();
+        }
+    })
+    .unwrap();
+    assert!(seen > 10, "{seen} segments in all steps together");
+    assert_equal_run(&mut board, config, &inputs);
 }
 
 #[test]

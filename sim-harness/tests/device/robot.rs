@@ -13,7 +13,7 @@ use sim_harness::device::boot_on_host;
 use sim_harness::drive::FilterRecords;
 use sim_harness::evaluation::{NodeRun, Scores, SensorFaultTrials, map};
 use sim_harness::faults::{ActiveFaults, Component, Kind};
-use sim_harness::mapping::{CountingMapper, Map, Mapper};
+use sim_harness::mapping::{CountingMapper, Map, Mapper, Method};
 use sim_harness::robot::{
     AcquisitionReport, OFFSETS, PartClocks, ReportContent, Robot, STARTS_DRIVING_US, SensedWorld,
     SensorClocks, drive,
@@ -254,6 +254,7 @@ fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
         scenarios: vec![scenario("msm_t")],
         seeds: 100..102,
         breaks_at: 0.35,
+        methods: vec![Method::PAPER, Method::PLUS],
         particles_per_sensor: 300,
     };
     let rows = trials.run().unwrap();
@@ -314,7 +315,7 @@ impl<'a> Watched<'a> {
         Self {
             robot,
             node,
-            records: FilterRecords::new(config.photometry),
+            records: FilterRecords::new(config),
             mapper: CountingMapper::new(scenario.cell_m),
             steps: Vec::new(),
             was_reset: Vec::new(),

@@ -7,8 +7,11 @@ use amiro_ipf::geometry::Pose;
 use amiro_ipf::model::{Photometry, SENSORS, Sample};
 use amiro_ipf::node::{Config, Event, Input};
 use amiro_ipf::random::{Generator, standard_normal_pair};
-use sim_harness::calibration::{Fit, Fixed, Origin, Parameter, Table, fit};
+use sim_harness::calibration::{
+    Fit, Fixed, LawComparison, LawKind, LawVerdict, Origin, Parameter, Table, fit, fit_law,
+};
 use sim_harness::run;
+use sim_harness::sensors::WallLaw;
 
 use crate::common;
 
@@ -281,4 +284,107 @@ fn published_curves_of_a_white_block_give_the_known_gain() {
             assert!((1.10..1.15).contains(&xi), "{set}: {fit}");
         }
     }
+}
+
+/// A table of an endless wall with the noise of a sample, three readings a place.
+fn table_of_a_wall(law: &Photometry, angles_deg: &[f64], seed: u64) -> Table {
+    let wall = WallLaw::new(law);
+    let mut noise = Generator::seeded(seed);
+    let mut text = "range_mm,angle_deg,counts\n".to_owned();
+    for range_mm in RANGES_MM {
+        for angle_deg in angles_deg {
+            for _ in 0..3 {
+                let exact =
+                    wall.endless_wall_counts(f64::from(range_mm) / 1000.0, angle_deg.to_radians());
+                let normal = standard_normal_pair(&mut noise).0;
+                let counts =
+                    f64::from(law.beta_counts) + exact + f64::from(law.sigma_counts * normal);
+                writeln!(text, "{range_mm},{angle_deg},{counts}").unwrap();
+            }
+        }
+    }
+    Table::parse(&text).unwrap()
+}
+
+#[test]
+fn the_law_that_made_a_table_explains_it_better() {
+    let law = Photometry {
+        alpha_counts_m2: 1.85,
+        ..Photometry::VCNL4020
+    };
+    for seed in 1..=3 {
+        for sigma in [None, Some(4.57)] {
+            let fixed = sigma.map_or(Fixed::default(), |sigma| {
+                Fixed::default().with(Parameter::Sigma, sigma).unwrap()
+            });
+            let wall = table_of_a_wall(&law, &[-60.0, -30.0, 0.0, 30.0, 60.0], seed);
+            let both = LawComparison::of(&wall, &fixed).unwrap();
+            assert_eq!(
+                both.verdict(),
+                LawVerdict::Better(LawKind::Wall),
+                "seed {seed}: {both}"
+            );
+            assert_eq!(both.better().unwrap().law, LawKind::Wall);
+            let point = table_of(&law, &[-60.0, -30.0, 0.0, 30.0, 60.0], seed);
+            let both = LawComparison::of(&point, &fixed).unwrap();
+            assert_eq!(
+                both.verdict(),
+                LawVerdict::Better(LawKind::Point),
+                "seed {seed}: {both}"
+            );
+            let said = both.to_string();
+            assert!(
+                said.contains("the point law explains the table better"),
+                "{said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wall_law_is_found_again_within_four_standard_errors() {
+    for (xi, seed) in [(1.0, 1), (1.2365, 2), (1.4, 3)] {
+        let law = Photometry {
+            alpha_counts_m2: 1.85,
+            xi,
+            ..Photometry::VCNL4020
+        };
+        let table = table_of_a_wall(&law, &[-80.0, -45.0, 0.0, 20.0, 60.0], seed);
+        let fit = fit_law(LawKind::Wall, &table, &Fixed::default()).unwrap();
+        for estimate in fit.estimates() {
+            let error = estimate.value - estimate.parameter.of(&law);
+            let bound = 4.0 * estimate.standard_error.unwrap();
+            assert!(error.abs() < bound, "xi {xi}: {fit}");
+        }
+    }
+}
+
+#[test]
+fn perpendicular_readings_do_not_decide_between_the_laws() {
+    for seed in 1..=3 {
+        let table = table_of_a_wall(&Photometry::VCNL4020, &[0.0], seed);
+        let both = LawComparison::of(&table, &Fixed::default()).unwrap();
+        assert_eq!(both.verdict(), LawVerdict::Undecided, "{both}");
+        assert!(both.aic_difference().unwrap().abs() < 1e-6, "{both}");
+        let [point, wall] = [both.point.clone().unwrap(), both.wall.clone().unwrap()]
+            .map(|fit| fit.value(Parameter::Alpha));
+        assert!(
+            (point / wall - 1.0).abs() < 1e-6,
+            "on the axis the laws are one"
+        );
+        let said = both.to_string();
+        assert!(said.contains("the table does not decide"), "{said}");
+    }
+}
+
+#[test]
+fn readings_without_noise_decide_by_the_rounding_of_counts() {
+    let exact = Photometry {
+        sigma_counts: 0.0,
+        ..Photometry::VCNL4020
+    };
+    // One bearing off the axis would be explained by xi under either law.
+    let angles = [-70.0, 0.0, 40.0];
+    let both = LawComparison::of(&table_of_a_wall(&exact, &angles, 1), &Fixed::default());
+    assert_eq!(both.unwrap().verdict(), LawVerdict::Better(LawKind::Wall));
 }

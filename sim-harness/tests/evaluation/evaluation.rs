@@ -123,6 +123,7 @@ fn comparison(
         particles_per_sensor: particles,
         options: Options::default(),
         alpha_counts_m2: None,
+        calibration: None,
         footprint: false,
         threads,
     }

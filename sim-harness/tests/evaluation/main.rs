@@ -5,4 +5,5 @@ mod common;
 
 mod calibration;
 mod evaluation;
+mod sensor_gains;
 mod worlds;

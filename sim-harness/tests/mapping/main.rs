@@ -8,3 +8,4 @@ mod recorded_drives;
 mod recorded_walls;
 mod standstill;
 mod wall_map;
+mod wall_segments;

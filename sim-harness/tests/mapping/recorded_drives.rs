@@ -5,10 +5,10 @@
 use std::path::Path;
 
 use amiro_ipf::filter::Profile;
-use amiro_ipf::model::SensorMask;
+use amiro_ipf::model::{Photometry, SensorMask};
 use amiro_ipf::node::Config;
-use sim_harness::evaluation::{MappedPath, WallReport};
-use sim_harness::mapping::Occupancy;
+use sim_harness::evaluation::{MappedPath, WallReport, WallRow, WallRowSettings};
+use sim_harness::mapping::{Method, Occupancy};
 use sim_harness::{RunRecord, log, run};
 
 use crate::common;
@@ -57,6 +57,41 @@ fn walls_of_the_recorded_drives_are_found_where_they_stand() {
             } else {
                 assert_eq!(side.occupied, 0, "{drive}: {leg}");
             }
+        }
+    }
+}
+
+/// Walls beside the legs, at the range limit of the sensors; the gain is that of the
+/// recorded series.
+#[test]
+fn a_map_of_straight_walls_keeps_to_their_lines_in_the_recorded_drives() {
+    let Some(folder) = common::recordings() else {
+        return common::skip("no recordings");
+    };
+    let settings = WallRowSettings {
+        sensors: GUIDE.complement(),
+        photometry: Photometry {
+            x_max_m: 0.20,
+            ..Photometry::VCNL4020
+        },
+        particles_per_sensor: 1,
+        wall_alpha_counts_m2: 1.97,
+    };
+    for (drive, sides) in [
+        ("Left", vec![true]),
+        ("Gang", vec![true, false]),
+        ("Right_Right", vec![false]),
+    ] {
+        let file = folder.join(format!("amiro/RingProximityAndOdometry_{drive}.txt"));
+        let recording = log::read(&file).unwrap();
+        let rows = WallRow::of(&recording.inputs, &Method::WALL_MAP, &settings).unwrap();
+        for is_left in sides {
+            let is_wanted = |row: &&WallRow| row.leg == 1 && row.is_left == is_left;
+            let row = rows.iter().find(is_wanted).unwrap();
+            assert!(row.side.claimed, "{drive}: {rows:?}");
+        }
+        for row in rows.iter().filter(|row| row.side.claimed) {
+            assert!(row.side.rms_inliers_m.unwrap() <= 0.006, "{drive}: {row:?}");
         }
     }
 }

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use sim_harness::evaluation::recorded::{
-    RecordedReport, RecordedSeries, RecordedSettings, SERIES_FILE, SeriesWalls,
+    RecordedReport, RecordedSeries, RecordedSettings, SERIES_FILE, SeriesWalls, WallEnd,
 };
 use sim_harness::mapping::Method;
 
@@ -27,7 +27,7 @@ fn judged(folder: &Path) -> RecordedReport {
     };
     let series = RecordedSeries::load(folder, &description).unwrap();
     assert_eq!(series.files().len(), 7);
-    series.judge(&settings).unwrap()
+    series.judge(&settings, &mut |_, _| {}).unwrap()
 }
 
 #[test]
@@ -37,8 +37,8 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
     };
     let report = judged(&folder.join("amiro"));
     assert_eq!(report.sources.len(), 6, "{report}");
-    // By four methods: recorded, and simulated under either physics.
-    assert_eq!(report.walls.len(), 6 * 3 * 4, "{report}");
+    // By five methods: recorded, and simulated under either physics.
+    assert_eq!(report.walls.len(), 6 * 3 * 5, "{report}");
     for walls in &report.walls {
         assert!(walls.stations >= 17, "{report}");
         // One step a station, whatever the distance between them.
@@ -95,6 +95,15 @@ fn stepped_series_are_mapped_by_every_method_and_simulated_under_both_physics() 
             "{report}"
         );
         assert!(physics.alpha_counts_m2 > 0.0, "{report}");
+    }
+    // All fourteen ends of the seven wall sides, within 8 mm RMS.
+    let ends: Vec<&WallEnd> = fitted.iter().flat_map(|walls| &walls.ends).collect();
+    assert_eq!(ends.len(), 14, "{report}");
+    assert!(ends.iter().all(|end| end.mapped.is_some()), "{report}");
+    assert!(WallEnd::rms_m(ends).unwrap() <= 0.008, "{report}");
+    for walls in recorded() {
+        let has_walls = walls.method == Method::WALL_MAP.name;
+        assert_eq!(walls.end_error_m().is_some(), has_walls, "{report}");
     }
     let again = judged(&folder.join("amiro"));
     assert_eq!(report, again);

@@ -18,6 +18,7 @@ fn walls_of_extended_surfaces_are_mapped_with_little_error() {
             ..Options::default()
         },
         alpha_counts_m2: None,
+        calibration: None,
         footprint: false,
         threads: 0,
     };

@@ -14,9 +14,9 @@ use crate::framing::{Script, frame_around};
 /// Particles; a fuzzer's step is short.
 const N: usize = 64;
 
-/// Most frames that one byte may bring: a step's begin, particles and end, and the
+/// Most frames that one byte may bring: a step's begin, walls, particles and end, and the
 /// answer; a greeting's four are fewer.
-const MOST_FRAMES: usize = 3 + N.div_ceil(BATCH);
+const MOST_FRAMES: usize = 4 + N.div_ceil(BATCH);
 
 /// The corner of what a particle's place can say: 512 mm each way.
 const FARTHEST_M: f32 = 0.512 * core::f32::consts::SQRT_2;

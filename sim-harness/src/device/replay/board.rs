@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use amiro_ipf::link::Message;
 use amiro_ipf::node::Input;
 
-use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed};
+use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, StepCycles};
 use crate::device::{Board, Comparison, drive_streamed, listen};
 use crate::drive::InputCheck;
 use crate::log::StoredRecording;
@@ -30,7 +30,7 @@ pub fn replay_on_board(
     let mut run_record = plan.run_record();
     let mut events = KeptEvents::new(plan.is_scored);
     let mut answered = Spool::default();
-    let mut slowest_step_cycles = 0;
+    let mut step_cycles = StepCycles::default();
     let mut inputs = recording.inputs(|bytes| on_bytes(ReplayPass::Replay, bytes))?;
     let configured = std::iter::once(Input::Configure(*plan.config));
     let driven = drive_streamed(
@@ -43,9 +43,7 @@ pub fn replay_on_board(
                     run_record.take(event);
                     events.take(event);
                 }
-                Message::Status(status) => {
-                    slowest_step_cycles = slowest_step_cycles.max(status.board.step_cycles_max);
-                }
+                Message::Status(status) => step_cycles.take(status),
                 _ => {}
             }
         },
@@ -65,7 +63,7 @@ pub fn replay_on_board(
         input_check,
         outcome,
         line: None,
-        slowest_step_cycles,
+        step_cycles,
     })
 }
 

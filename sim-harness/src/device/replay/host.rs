@@ -3,7 +3,7 @@
 use amiro_ipf::link::Encoder;
 use amiro_ipf::node::Event;
 
-use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed};
+use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, StepCycles};
 use crate::device::{Comparison, FaultInjector, HOST_NODE_BOOT_ID, LineRun};
 use crate::drive::InputCheck;
 use crate::log::StoredRecording;
@@ -70,7 +70,7 @@ pub fn replay_on_host(
         input_check,
         outcome,
         line,
-        slowest_step_cycles: 0,
+        step_cycles: StepCycles::default(),
     })
 }
 

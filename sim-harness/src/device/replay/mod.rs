@@ -11,4 +11,4 @@ pub use board::replay_on_board;
 pub use error::ReplayError;
 pub use host::replay_on_host;
 pub use plan::{ReplayPass, ReplayPlan};
-pub use replayed::{KeptEvents, Replayed};
+pub use replayed::{KeptEvents, Replayed, StepCycles};

@@ -1,5 +1,6 @@
 //! What a replay gives wherever it runs.
 
+use amiro_ipf::link::Status;
 use amiro_ipf::node::Event;
 
 use crate::device::{FrameTally, LineTally, Verdict};
@@ -25,8 +26,40 @@ pub struct Replayed {
     /// What became of the frames, as the receiver counts and as the line knows, where the
     /// line had faults.
     pub line: Option<(FrameTally, LineTally)>,
-    /// Core clock cycles of a board's longest step; 0 for a replay on the host.
-    pub slowest_step_cycles: u32,
+    /// What a board's steps took; nothing for a replay on the host.
+    pub step_cycles: StepCycles,
+}
+
+/// Core clock cycles of a board's steps, as its statuses report them.
+///
+/// The longest is over all steps. The mean is over the steps that were the last one before
+/// a status, since a status holds the cycles of the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepCycles {
+    /// The longest step.
+    pub longest: u32,
+    /// Steps that the mean is over.
+    pub counted: u32,
+    sum: u64,
+    last_step: u32,
+}
+
+impl StepCycles {
+    /// Takes a status.
+    pub(super) fn take(&mut self, status: &Status) {
+        self.longest = self.longest.max(status.board.step_cycles_max);
+        if status.node.steps != self.last_step {
+            self.last_step = status.node.steps;
+            self.counted += 1;
+            self.sum += u64::from(status.board.step_cycles);
+        }
+    }
+
+    /// The mean step; `None` without one.
+    #[must_use]
+    pub fn mean(&self) -> Option<f64> {
+        (self.counted > 0).then(|| self.sum as f64 / f64::from(self.counted))
+    }
 }
 
 /// What of a run's events is needed besides the run record.
@@ -51,5 +84,34 @@ impl KeptEvents {
         if let Some(all) = &mut self.all {
             all.push(event);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_step_counts_each_step_once() {
+        let status = |steps, step_cycles, step_cycles_max| {
+            let mut status = Status::default();
+            status.node.steps = steps;
+            status.board.step_cycles = step_cycles;
+            status.board.step_cycles_max = step_cycles_max;
+            status
+        };
+        let mut cycles = StepCycles::default();
+        assert_eq!(cycles.mean(), None);
+        // No step yet; then one that two statuses report; then a step was missed.
+        for status in [
+            status(0, 0, 0),
+            status(1, 30, 30),
+            status(1, 30, 30),
+            status(3, 10, 50),
+        ] {
+            cycles.take(&status);
+        }
+        assert_eq!((cycles.longest, cycles.counted), (50, 2));
+        assert_eq!(cycles.mean(), Some(20.0));
     }
 }

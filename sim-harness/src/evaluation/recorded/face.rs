@@ -46,8 +46,14 @@ impl Face {
         (self.to - self.from).norm()
     }
 
+    /// The unit vector from the first end to the second.
+    pub(super) fn direction(&self) -> Vector {
+        let way = self.to - self.from;
+        way.scaled(1.0 / way.norm())
+    }
+
     /// Distance of a place from the first end, along the face.
-    fn along_m(&self, place: Vector) -> f64 {
+    pub(super) fn along_m(&self, place: Vector) -> f64 {
         let way = self.to - self.from;
         (place - self.from).dot(way) / way.norm()
     }

@@ -14,6 +14,7 @@
 //! simulation separate the effect of the spacing from that of the readings.
 
 mod counts;
+mod ends;
 mod error;
 mod face;
 mod records;
@@ -34,6 +35,7 @@ use crate::mapping::Method;
 use crate::world::Physics;
 
 pub use counts::SensorError;
+pub use ends::{MappedEnd, WallEnd};
 pub use error::{KeyPlace, RecordedError};
 pub use walls::SeriesWalls;
 
@@ -115,13 +117,18 @@ impl RecordedSeries {
         &self.files
     }
 
-    /// Maps and simulates the series.
+    /// Maps and simulates the series; `progress` is called with the number of readings
+    /// that are mapped by all methods, and of those to be mapped.
     ///
     /// Everything in the report is repeatable to the digit.
     ///
     /// # Errors
     /// [`RecordedError::Calibration`] and [`RecordedError::Run`].
-    pub fn judge(&self, settings: &RecordedSettings) -> Result<RecordedReport, RecordedError> {
+    pub fn judge(
+        &self,
+        settings: &RecordedSettings,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<RecordedReport, RecordedError> {
         let all = &self.all;
         let default = Photometry::VCNL4020;
         let calibrated = &all[self.alpha_from];
@@ -135,11 +142,15 @@ impl RecordedSeries {
         let wall_law = with_alpha(&default, own.unwrap_or(alpha));
         let mut walls = Vec::new();
         let both = [Physics::Matched, Physics::Patch];
+        let readings = (1 + both.len()) * all.len();
+        let mut mapped = (1..).map(|done| progress(done, readings));
         for series in all {
             walls.extend(SeriesWalls::of(series, &law, &wall_law, settings)?);
+            mapped.next();
             for physics in both {
                 let simulated = simulated(series, &law, physics);
                 walls.extend(SeriesWalls::of(&simulated, &law, &law, settings)?);
+                mapped.next();
             }
         }
         let same = both.map(|physics| PhysicsError::of(all, &default, physics, alpha, false));

@@ -28,7 +28,7 @@ impl<'r> From<&'r SeriesWalls> for WallsRecord<'r> {
             recall_15: walls.recall_15,
             recall_20: walls.recall_20,
             false_cells: walls.false_cells,
-            end_error_mm: millimetres(walls.end_error_m),
+            end_error_mm: millimetres(walls.end_error_m()),
         }
     }
 }

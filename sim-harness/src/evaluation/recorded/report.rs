@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{PhysicsError, RecordedReport, SensorError};
+use super::{PhysicsError, RecordedReport, SensorError, WallEnd};
 
 /// Millimetres, or a dash.
 fn millimetres(metres: Option<f64>) -> String {
@@ -53,6 +53,59 @@ impl fmt::Display for PhysicsError {
     }
 }
 
+impl RecordedReport {
+    /// The ends of the walls as each method that fits walls has placed them.
+    fn write_ends(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let placed = || self.walls.iter().filter(|walls| !walls.ends.is_empty());
+        if placed().next().is_none() {
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "ends of the walls, mm beyond the true end (standard deviation)"
+        )?;
+        let mut kinds: Vec<(&str, &str)> = Vec::new();
+        for walls in placed() {
+            let kind = (walls.readings, walls.method);
+            write!(f, "{:<14} {:<9} {:<21}", walls.series, kind.0, kind.1)?;
+            for end in &walls.ends {
+                let name = if end.is_to { "to" } else { "from" };
+                write!(f, "  wall {} {name} {}", end.wall + 1, EndInWords(end))?;
+            }
+            writeln!(f)?;
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        for kind in kinds {
+            let of_kind = placed().filter(|walls| (walls.readings, walls.method) == kind);
+            let ends: Vec<&WallEnd> = of_kind.flat_map(|walls| &walls.ends).collect();
+            let mapped = ends.iter().filter(|end| end.mapped.is_some()).count();
+            let rms = millimetres(WallEnd::rms_m(ends.iter().copied()));
+            writeln!(
+                f,
+                "{} {}: {mapped} of {} ends mapped, RMS {rms} mm",
+                kind.0,
+                kind.1,
+                ends.len()
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The place of an end relative to the true one.
+struct EndInWords<'e>(&'e WallEnd);
+
+impl fmt::Display for EndInWords<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.mapped {
+            Some(end) => write!(f, "{:+.1} ({:.1})", 1e3 * end.beyond_m, 1e3 * end.sigma_m),
+            None => f.write_str("-"),
+        }
+    }
+}
+
 impl fmt::Display for RecordedReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -85,6 +138,7 @@ impl fmt::Display for RecordedReport {
                 walls.false_cells,
             )?;
         }
+        self.write_ends(f)?;
         for physics in &self.physics {
             write!(f, "{physics}")?;
         }

@@ -6,11 +6,12 @@ use amiro_ipf::node::Config;
 use serde::Serialize;
 
 use super::RecordedSettings;
+use super::ends::WallEnd;
 use super::error::RecordedError;
 use super::face::Face;
 use super::series::{RECORDED, Series};
 use crate::geometry::Vector;
-use crate::mapping::{Map, Mapper, Method, Occupancy, Setup};
+use crate::mapping::{Mapper, Method, Occupancy, Setup};
 use crate::pipeline;
 use crate::rig::Rig;
 
@@ -50,9 +51,9 @@ pub struct SeriesWalls {
     pub recall_20: f64,
     /// Occupied cells more than 20 mm from all objects.
     pub false_cells: usize,
-    /// RMS of the distance of the walls' mapped ends from the true ones, along the walls,
-    /// metres. Not computed yet: `None` for every method, also for one that places ends.
-    pub end_error_m: Option<f64>,
+    /// The walls' ends that count, each with the mapped one; empty for a method that fits
+    /// no walls.
+    pub ends: Vec<WallEnd>,
 }
 
 impl SeriesWalls {
@@ -60,6 +61,13 @@ impl SeriesWalls {
     #[must_use]
     pub fn is_recorded(&self) -> bool {
         self.readings == RECORDED
+    }
+
+    /// RMS of the distances of the mapped ends from the true ones, along the walls, metres;
+    /// `None` if no end was mapped.
+    #[must_use]
+    pub fn end_error_m(&self) -> Option<f64> {
+        WallEnd::rms_m(&self.ends)
     }
 
     /// Maps a series by each method, under the given law; a method that fits signals under the
@@ -83,12 +91,13 @@ impl SeriesWalls {
                 &mut mapper,
                 &mut |_, _| {},
             )?;
-            Ok(Self::scored(series, method, outcome.steps, &mapper.map()))
+            Ok(Self::scored(series, method, outcome.steps, &mapper))
         };
         settings.methods.iter().map(scored).collect()
     }
 
-    fn scored(series: &Series, method: &Method, steps: u32, map: &Map) -> Self {
+    fn scored(series: &Series, method: &Method, steps: u32, mapper: &dyn Mapper) -> Self {
+        let map = mapper.map();
         let occupied: Vec<Vector> = map
             .cells_of(Occupancy::Occupied)
             .map(|cell| map.centre(cell))
@@ -117,7 +126,11 @@ impl SeriesWalls {
             recall_15,
             recall_20,
             false_cells: occupied.iter().filter(is_false).count(),
-            end_error_m: None,
+            ends: if mapper.walls().is_empty() {
+                Vec::new()
+            } else {
+                WallEnd::of(series, mapper.walls())
+            },
         }
     }
 }

@@ -9,6 +9,7 @@ use super::refine::Unknowns;
 use super::scene::WallScene;
 use crate::drive::Keyframes;
 use crate::geometry::{Turn, Vector};
+use crate::mapping::FinishProgress;
 use crate::sensors::WallSegment;
 
 /// Distances between the places whose readings rank candidates.
@@ -43,20 +44,30 @@ struct Candidate {
 
 impl WallScene<'_> {
     /// Adds walls, window by window.
-    pub(super) fn give_births(&mut self) {
+    pub(super) fn give_births(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
         let places = self.readings.stations.len();
+        let mut searched = |done| {
+            progress(FinishProgress {
+                stage: "places searched",
+                done,
+                of: places,
+            });
+        };
         for first in (0..places).step_by(WINDOW) {
-            self.give_birth(first..(first + WINDOW).min(places));
+            self.give_birth(first..(first + WINDOW).min(places), &mut searched);
         }
+        searched(places);
     }
 
     /// Adds walls until no candidate lowers the cost by the least gain: those that explain
     /// what is missing at the stations of a window.
     ///
     /// Bounded: at most 24 births, each of at most three times `candidates` fits.
-    fn give_birth(&mut self, window: Range<usize>) {
-        let candidates = self.dictionary(window);
-        for _ in 0..MOST_BIRTHS {
+    fn give_birth(&mut self, window: Range<usize>, searched: &mut dyn FnMut(usize)) {
+        searched(window.start);
+        let candidates = self.dictionary(window.clone());
+        for birth in 0..MOST_BIRTHS {
+            searched(window.start + birth * window.len() / MOST_BIRTHS);
             let Some(wall) = self.best(&candidates) else {
                 return;
             };

@@ -39,10 +39,13 @@
 
 mod births;
 mod draw;
+mod gain_statistics;
 mod parameters;
 mod readings;
 mod refine;
+mod ring_gains;
 mod scene;
+mod segments;
 #[cfg(test)]
 mod tests;
 mod tidy;
@@ -53,24 +56,13 @@ use self::readings::Readings;
 use self::refine::{NormalEquations, Unknowns};
 use self::scene::WallScene;
 use self::tidy::MOST_TOGETHER;
-use super::{Map, Mapper};
+use super::{FinishProgress, Map, MappedWall, Mapper};
 use crate::drive::Record;
 use crate::rig::Rig;
-use crate::sensors::WallSegment;
 
 pub use parameters::WallMapParameters;
-
-/// A wall of the map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MappedWall {
-    /// Where it is, metres in the world.
-    pub segment: WallSegment,
-    /// Covariance of its ends, m^2, row by row: x and y of `from`, then of `to`. That of
-    /// the linearised fit, the walls nearby fitted with it.
-    pub covariance_m2: [[f64; 4]; 4],
-    /// By how much the cost rises without it.
-    pub gain: f64,
-}
+pub use ring_gains::{RingGainFit, RingGains};
+pub use segments::{KEPT_EVIDENCE, SegmentMapper};
 
 /// The gain of a sensor that was fitted with the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,12 +102,6 @@ impl WallMapper {
         }
     }
 
-    /// The walls that were found; none before `finish`.
-    #[must_use]
-    pub fn walls(&self) -> &[MappedWall] {
-        &self.walls
-    }
-
     /// The gain of each mount; empty before `finish` and where no gains are fitted.
     #[must_use]
     pub fn gains(&self) -> &[SensorGain] {
@@ -138,13 +124,13 @@ impl Mapper for WallMapper {
         }
     }
 
-    fn finish(&mut self) {
+    fn finish(&mut self, progress: &mut dyn FnMut(FinishProgress)) {
         if self.is_finished {
             return;
         }
         self.readings.mark_clipped();
         let mut scene = WallScene::new(&self.readings, &self.parameters);
-        scene.give_births();
+        scene.give_births(progress);
         let fitted = if self.parameters.gain_sigma > 0.0 {
             Unknowns::EndsAndGains
         } else {
@@ -153,10 +139,10 @@ impl Mapper for WallMapper {
         scene.settle(fitted);
         if fitted == Unknowns::EndsAndGains {
             // With other gains other walls are missing.
-            scene.give_births();
+            scene.give_births(progress);
             scene.settle(fitted);
         }
-        self.map = scene.draw(self.map.cell_m());
+        self.map = scene.draw(self.map.cell_m(), progress);
         self.walls = mapped_walls(&mut scene);
         self.gains = sensor_gains(&scene, fitted);
         self.is_finished = true;
@@ -164,6 +150,15 @@ impl Mapper for WallMapper {
 
     fn map(&self) -> Map {
         self.map.clone()
+    }
+
+    fn is_online(&self) -> bool {
+        false
+    }
+
+    /// The walls that were found; none before `finish`.
+    fn walls(&self) -> &[MappedWall] {
+        &self.walls
     }
 }
 

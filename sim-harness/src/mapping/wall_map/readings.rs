@@ -56,6 +56,8 @@ pub(super) struct SignalRow {
 struct InfraredMount {
     body_from_sensor: Pose2,
     law: WallLaw,
+    /// Cosine of the half width of its lobe.
+    edge_cosine: f64,
     /// Standard deviation of a sample, counts (sig).
     sigma_counts: f64,
 }
@@ -122,11 +124,15 @@ impl SignalRow {
 impl Readings {
     pub(super) fn new(rig: &Rig, parameters: WallMapParameters) -> Self {
         let mount = |mount: &crate::rig::SensorMount| match &mount.sensor {
-            Sensor::Infrared(sensor) => Some(InfraredMount {
-                body_from_sensor: mount.body_from_sensor,
-                law: WallLaw::new(sensor.photometry()),
-                sigma_counts: f64::from(sensor.photometry().sigma_counts),
-            }),
+            Sensor::Infrared(sensor) => {
+                let law = WallLaw::new(sensor.photometry());
+                Some(InfraredMount {
+                    body_from_sensor: mount.body_from_sensor,
+                    law,
+                    edge_cosine: libm::cos(law.edge_rad()),
+                    sigma_counts: f64::from(sensor.photometry().sigma_counts),
+                })
+            }
             Sensor::Cone(_) | Sensor::Scanner(_) => None,
         };
         Self {
@@ -137,6 +143,20 @@ impl Readings {
             bins: BTreeMap::new(),
             repeats: BTreeMap::new(),
             left_out: 0,
+        }
+    }
+
+    /// The same readings with the weights of other parameters.
+    pub(super) fn reweighted(&self, parameters: &WallMapParameters) -> Self {
+        let row = |row: &SignalRow| SignalRow {
+            world_from_sensor: row.world_from_sensor,
+            is_bound: row.is_bound,
+            ..SignalRow::new(parameters, row.mount, row.sigma_counts, row.signal)
+        };
+        Self {
+            parameters: *parameters,
+            rows: self.rows.iter().map(row).collect(),
+            ..self.clone()
         }
     }
 
@@ -161,6 +181,12 @@ impl Readings {
     /// The law of a mount.
     pub(super) fn law(&self, mount: usize) -> Option<&WallLaw> {
         Some(&self.mounts.get(mount)?.as_ref()?.law)
+    }
+
+    /// Cosine of the half width of a mount's lobe.
+    pub(super) fn edge_cosine(&self, mount: usize) -> f64 {
+        let mount = self.mounts.get(mount).and_then(Option::as_ref);
+        mount.map_or(1.0, |mount| mount.edge_cosine)
     }
 
     /// Number of scans that were left out.

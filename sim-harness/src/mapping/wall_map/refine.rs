@@ -62,13 +62,29 @@ impl NormalEquations {
             normal.add_station(scene, group, station, gains > 0);
         }
         normal.add_lengths(scene, group);
-        if gains > 0 {
+        // Without a standard deviation the caller has a prior of its own.
+        if gains > 0 && scene.parameters.gain_sigma > 0.0 {
             let slope = 1.0 / scene.parameters.gain_sigma;
             for (place, gain) in (4 * group.len()..).zip(scene.gains()) {
                 normal.add(&[(place, slope)], slope * gain, 1.0);
             }
         }
         normal
+    }
+
+    /// Information about the unknowns behind the walls, and their gradient, with the walls
+    /// marginalised.
+    pub(super) fn without_walls(&self, walls: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let first = 4 * walls;
+        let rest = self.information.nrows() - first;
+        let of_walls = self.information.view((0, 0), (first, first)).into_owned();
+        let mixed = self.information.view((0, first), (first, rest));
+        let of_rest = self.information.view((first, first), (rest, rest));
+        let factor = of_walls.cholesky()?;
+        let information = of_rest - mixed.transpose() * factor.solve(&mixed.into_owned());
+        let moved = factor.solve(&self.gradient.rows(0, first).into_owned());
+        let gradient = self.gradient.rows(first, rest) - mixed.transpose() * moved;
+        Some((information, gradient))
     }
 
     /// Adds a residual with its derivatives, each with the place of its unknown.

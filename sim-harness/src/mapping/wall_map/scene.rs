@@ -89,6 +89,21 @@ impl<'r> WallScene<'r> {
         self.cost(&all) + self.cost_of_gains() - before
     }
 
+    /// Cost of all readings and of the priors of walls and gains.
+    pub(super) fn total_cost(&self) -> f64 {
+        let all: Vec<usize> = (0..self.readings.stations.len()).collect();
+        let walls = self.walls.iter().flatten();
+        let priors: f64 = walls.map(|wall| self.cost_of(self.prior(wall))).sum();
+        self.cost(&all) + priors + self.cost_of_gains()
+    }
+
+    /// The readings that stand out of the noise, each with its cost.
+    pub(super) fn lit_costs(&self) -> impl Iterator<Item = (&SignalRow, f64)> {
+        let all = (0..self.readings.stations.len()).flat_map(|station| self.rows_of(station));
+        all.filter(|(row, _)| row.is_lit())
+            .map(|(row, expected)| (row, self.cost_at(row, expected)))
+    }
+
     fn cost_of_gains(&self) -> f64 {
         let sigma = self.parameters.gain_sigma;
         if sigma <= 0.0 {

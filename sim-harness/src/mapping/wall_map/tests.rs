@@ -5,7 +5,7 @@ use super::*;
 use crate::drive::RangeScan;
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::Occupancy;
-use crate::sensors::{Sensor, WallLaw};
+use crate::sensors::{Sensor, WallLaw, WallSegment};
 
 const CELL_M: f64 = 0.01;
 
@@ -50,7 +50,7 @@ fn drive(walls: &[WallSegment], gain: impl Fn(usize) -> f64) -> Vec<Record> {
 fn mapped(parameters: WallMapParameters, records: &[Record]) -> WallMapper {
     let mut mapper = WallMapper::new(CELL_M, &rig(), parameters);
     records.iter().for_each(|record| mapper.take(record));
-    mapper.finish();
+    mapper.finish(&mut |_| {});
     mapper
 }
 
@@ -121,15 +121,32 @@ fn finish_changes_nothing_the_second_time_and_takes_what_came_after_it() {
     let mut mapper = WallMapper::new(CELL_M, &rig(), WallMapParameters::STANDARD);
     first.iter().for_each(|record| mapper.take(record));
     assert_eq!(mapper.map().count(Occupancy::Free), 0, "before finish");
-    mapper.finish();
+    mapper.finish(&mut |_| {});
     let half = (mapper.map(), mapper.walls().to_vec());
-    mapper.finish();
+    mapper.finish(&mut |_| {});
     assert_eq!((mapper.map(), mapper.walls().to_vec()), half);
     rest.iter().for_each(|record| mapper.take(record));
-    mapper.finish();
+    mapper.finish(&mut |_| {});
     let whole = mapped(WallMapParameters::STANDARD, &records);
     assert_eq!(mapper.walls(), whole.walls());
     assert_eq!(mapper.map(), whole.map());
+}
+
+#[test]
+fn finish_reports_each_stage_up_to_its_end() {
+    let records = drive(&[wall(FACE.0, FACE.1)], |_| 1.0);
+    let mut mapper = WallMapper::new(CELL_M, &rig(), WallMapParameters::STANDARD);
+    records.iter().for_each(|record| mapper.take(record));
+    let mut reports: Vec<FinishProgress> = Vec::new();
+    mapper.finish(&mut |progress| reports.push(progress));
+    for pair in reports.windows(2) {
+        let is_next = pair[0].stage != pair[1].stage || pair[0].done <= pair[1].done;
+        assert!(is_next && pair[1].done <= pair[1].of, "{pair:?}");
+    }
+    let mut searched = reports.iter().filter(|it| it.stage == "places searched");
+    let last = searched.next_back().unwrap();
+    assert_eq!((last.done, last.of), (61, 61));
+    assert_eq!(reports.last().unwrap().stage, "rows drawn");
 }
 
 #[test]
@@ -217,6 +234,6 @@ fn a_robot_that_drives_to_and_fro_for_long_is_bounded_work() {
     }
     // 8 of each square of 20 mm and direction; 61 places lie in 31 squares.
     assert_eq!(mapper.left_out(), 200 * 61 - 8 * 31);
-    mapper.finish();
+    mapper.finish(&mut |_| {});
     assert_eq!(mapper.walls().len(), 1);
 }

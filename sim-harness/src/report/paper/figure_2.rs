@@ -81,7 +81,7 @@ fn map(parameters: InverseSensorParameters, cell_m: f64) -> Map {
     let config = one_sensor::config(Profile::Paper);
     let mut mapper = InverseSensorMapper::new(cell_m, &Rig::from(&config), parameters);
     let step = one_sensor::step(0, 0.0, one_sensor::counts_at(OBJECT_M));
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(&config);
     records.translate(&Event::StepBegun(step), &mut |record| mapper.take(record));
     mapper.map()
 }

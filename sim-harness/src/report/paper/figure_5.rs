@@ -92,7 +92,7 @@ fn counted(steps: &[RecordedStep]) -> Map {
 
 fn mapped(mut mapper: impl Mapper, steps: &[RecordedStep]) -> Map {
     let config = one_sensor::config(Profile::Paper);
-    let mut records = FilterRecords::new(config.photometry);
+    let mut records = FilterRecords::new(&config);
     for event in steps.iter().flat_map(RecordedStep::events) {
         records.translate(&event, &mut |record| mapper.take(record));
     }

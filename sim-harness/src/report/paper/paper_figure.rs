@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::page_section::PageSection;
-use super::{figure_1, figure_2, figure_4, figure_5, figure_8, figure_9, influence};
+use super::{figure_1, figure_2, figure_4, figure_5, figure_8, figure_9, influence, walls};
 use crate::RunError;
 use crate::world::ScenarioError;
 
@@ -24,6 +24,8 @@ pub enum PaperFigure {
     Maps,
     /// Not in the paper: the influence of particles, gate and noise.
     Influence,
+    /// Not in the paper: maps of extended surfaces.
+    Walls,
 }
 
 /// Why a figure could not be drawn; impossible with the files that ship.
@@ -39,7 +41,7 @@ pub enum FigureError {
 
 impl PaperFigure {
     /// All figures in the order of the page.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::ErrorContour,
         Self::InverseSensor,
         Self::TwoSteps,
@@ -47,6 +49,7 @@ impl PaperFigure {
         Self::OverallErrors,
         Self::Maps,
         Self::Influence,
+        Self::Walls,
     ];
 
     /// The name on the command line, and the beginning of the names of the files.
@@ -60,6 +63,7 @@ impl PaperFigure {
             Self::OverallErrors => "figure-8",
             Self::Maps => "figure-9",
             Self::Influence => "influence",
+            Self::Walls => "walls",
         }
     }
 
@@ -80,6 +84,7 @@ impl PaperFigure {
             Self::OverallErrors => figure_8::draw(seeds),
             Self::Maps => figure_9::draw(seeds.start),
             Self::Influence => influence::draw(seeds),
+            Self::Walls => walls::draw(seeds.start),
         }
     }
 }

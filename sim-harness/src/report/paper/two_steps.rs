@@ -68,7 +68,7 @@ pub(super) fn take(profile: Profile, seed: u64) -> Vec<RecordedStep> {
         let begun = one_sensor::step(u32::from(index), travelled_m, counts);
         let motion = last.unwrap_or(begun.pose).motion_to(&begun.pose);
         last = Some(begun.pose);
-        let readings = begun.samples.map(|sample| config.photometry.read(sample));
+        let readings = config.readings(&begun.samples);
         let mut outcomes = Vec::new();
         filter.step(&model, &motion, &readings, |place, outcome| {
             outcomes.push(ParticleEvent::new(place, outcome));

@@ -116,21 +116,47 @@ impl WallLaw {
     /// which changes the return by less than 1e-6 of itself.
     #[must_use]
     pub fn new(photometry: &Photometry) -> Self {
-        let mut xi = f64::from(photometry.xi);
+        Self::of_lobe(
+            f64::from(photometry.alpha_counts_m2),
+            f64::from(photometry.xi),
+            f64::from(photometry.theta_max_rad),
+        )
+    }
+
+    /// The same law from its numbers: alpha in counts m^2, xi, and the largest bearing of
+    /// the lobe in radians.
+    #[must_use]
+    pub fn of_lobe(alpha_counts_m2: f64, xi: f64, theta_max_rad: f64) -> Self {
+        let mut xi = xi;
         for pole in [1.0, 3.0] {
             if (xi - pole).abs() < LEAST_DIVISOR {
                 xi = pole + LEAST_DIVISOR;
             }
         }
         let closes_at = core::f64::consts::FRAC_PI_2 / xi;
-        let edge_rad = f64::from(photometry.theta_max_rad).min(closes_at);
+        let edge_rad = theta_max_rad.min(closes_at);
         let [high, _] = antiderivative(xi, edge_rad, 0.0);
         let [low, _] = antiderivative(xi, -edge_rad, 0.0);
         Self {
-            gain_counts_m2: f64::from(photometry.alpha_counts_m2) / (high - low),
+            gain_counts_m2: alpha_counts_m2 / (high - low),
             xi,
             edge_rad,
         }
+    }
+
+    /// Counts above the dark value that an endless wall returns: alpha G(psi) / D^2, with
+    /// its perpendicular distance D in metres and the bearing psi of its normal.
+    #[must_use]
+    pub fn endless_wall_counts(&self, distance_m: f64, normal_rad: f64) -> f64 {
+        let seen = core::f64::consts::FRAC_PI_2;
+        let low_rad = (normal_rad - seen).max(-self.edge_rad);
+        let high_rad = (normal_rad + seen).min(self.edge_rad);
+        if high_rad <= low_rad {
+            return 0.0;
+        }
+        let [above, _] = antiderivative(self.xi, high_rad, normal_rad);
+        let [below, _] = antiderivative(self.xi, low_rad, normal_rad);
+        self.gain_counts_m2 * (above - below) / (distance_m * distance_m)
     }
 
     /// Half width of the lobe, radians.

@@ -87,6 +87,30 @@ fn an_endless_wall_across_the_axis_returns_alpha_over_the_distance_squared() {
 }
 
 #[test]
+fn an_endless_wall_returns_what_a_long_segment_returns_at_every_bearing() {
+    let law = WallLaw::new(&LAW);
+    for degrees in [
+        -140.0, -100.0, -60.0, -20.0, 0.0, 31.0, 75.0, 120.0, 149.0_f64,
+    ] {
+        let (sine, cosine) = libm::sincos(degrees.to_radians());
+        let normal = Vector::new(cosine, sine);
+        let along = Vector::new(-normal.y, normal.x).scaled(1e4);
+        let foot = normal.scaled(0.08);
+        let signal = law.signal(&[WallSegment::new(foot - along, foot + along)]);
+        let endless = law.endless_wall_counts(0.08, degrees.to_radians());
+        // The segment ends 1e4 m away, where the angle of incidence is a right one.
+        assert!(
+            (signal - endless).abs() < 1e-6,
+            "{degrees}: {signal}, {endless}"
+        );
+    }
+    assert!(
+        law.endless_wall_counts(0.08, 2.7).abs() < 1e-12,
+        "behind the sensor"
+    );
+}
+
+#[test]
 fn the_closed_form_is_the_integral_over_the_lobe_with_occlusion() {
     for xi in [1.0, 1.2365, 1.45, 3.0] {
         for theta_max_rad in [20_f32.to_radians(), 30_f32.to_radians()] {

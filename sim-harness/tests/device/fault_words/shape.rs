@@ -86,6 +86,11 @@ impl<'de> Deserializer<'de> for &mut Shape {
         visitor.visit_newtype_struct(self)
     }
 
+    /// An empty one: all sequences of the stream are of plain numbers.
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.deserialize_tuple(0, visitor)
+    }
+
     fn deserialize_tuple<V: Visitor<'de>>(
         self,
         left: usize,
@@ -120,7 +125,7 @@ impl<'de> Deserializer<'de> for &mut Shape {
     }
 
     forward_to_deserialize_any! {
-        i8 i16 i32 i64 u8 u16 u32 u64 f64 char string byte_buf unit unit_struct seq
+        i8 i16 i32 i64 u8 u16 u32 u64 f64 char string byte_buf unit unit_struct
         tuple_struct map identifier ignored_any
     }
 }

@@ -1,0 +1,447 @@
+//! New segments where a sensor has more signal than the segments explain.
+//!
+//! A place is sought for the sensor with the most unexplained signal. A birth takes three
+//! steps, which bounds what each of them costs; the candidates move with the segments in
+//! between, and are part of the state.
+//!
+//! 1. **Rank.** Each of 84 candidates (normal, bearing, length) is put at the distance at
+//!    which it returns the missing signal. What it would save at the readings of the
+//!    window is computed without occlusion.
+//! 2. **Fit.** The best three are fitted alone, the other segments held, with occlusion.
+//! 3. **Join.** The best of these is fitted together with the others. It stays if that
+//!    saves more than `birth_gain`; the frozen segment with the least evidence makes room
+//!    if there is none.
+
+use heapless::Vec;
+
+use super::fit::{SegmentFit, WallSegments, seen, slope};
+use super::linear::{COORDINATES, Slope, System};
+use super::segment::{WallSegment, distance_m};
+use super::window::{LogReading, Placed, StepReadings, huber};
+use super::{MAX_SEGMENTS, MAX_WINDOW};
+use crate::checksum::Digest;
+use crate::geometry::Point;
+use crate::math;
+use crate::model::{SENSORS, Wall};
+
+/// Bearings of a candidate's normal off the sensor's axis, degrees.
+const NORMALS_DEG: [f32; 7] = [0.0, -22.5, 22.5, -45.0, 45.0, -67.5, 67.5];
+/// Bearings of a candidate's middle, degrees.
+const BEARINGS_DEG: [f32; 4] = [-15.0, 15.0, -40.0, 40.0];
+/// Lengths of candidates, metres.
+const LENGTHS_M: [f32; 3] = [0.04, 0.10, 0.22];
+/// Candidates that are fitted.
+const FINALISTS: usize = 3;
+/// Least cosine between a candidate's normal and the ray to its middle.
+const LEAST_COSINE: f32 = 0.2;
+/// Steps of the search for a candidate's distance, and the relative error of the signal
+/// at which it ends.
+const DISTANCE_STEPS: usize = 4;
+const DISTANCE_ERROR: f32 = 0.02;
+/// Share of the gain that a candidate must make alone; the other segments add little by
+/// giving way to it.
+const LEAST_SHARE: f32 = 0.3;
+/// Iterations of the fit of each of the best candidates alone.
+const ALONE_ITERATIONS: u8 = 3;
+/// Of the window's steps every second one ranks the candidates, the newest first: parallax stays.
+const RANK_STRIDE: usize = 2;
+
+/// A birth over several steps.
+#[derive(Clone, Debug)]
+pub(super) struct Birth {
+    stage: Stage,
+    /// Places, in the coordinates of the segments.
+    candidates: Vec<Wall, FINALISTS, u8>,
+    next_id: u16,
+}
+
+/// What is to be done in the next step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    Rank,
+    Fit,
+    Join,
+}
+
+impl Birth {
+    /// No birth runs.
+    pub(super) const fn none() -> Self {
+        Self {
+            stage: Stage::Rank,
+            candidates: Vec::new(),
+            next_id: 0,
+        }
+    }
+
+    /// Whether a birth runs.
+    pub(super) fn is_running(&self) -> bool {
+        self.stage != Stage::Rank
+    }
+
+    /// Whether the next part is the joint fit.
+    pub(super) fn is_joining(&self) -> bool {
+        self.stage == Stage::Join
+    }
+
+    /// Moves the places.
+    pub(super) fn translate(&mut self, by: Point) {
+        for end in self.candidates.as_flattened_mut() {
+            *end = *end + by;
+        }
+    }
+
+    /// Ends a birth without a segment.
+    fn abandon(&mut self) {
+        self.stage = Stage::Rank;
+        self.candidates.clear();
+    }
+
+    /// Adds what runs to a digest.
+    pub(super) fn update(&self, digest: &mut Digest) {
+        digest.update(self.stage as u32);
+        for end in self.candidates.as_flattened() {
+            digest.update(end.x.to_bits());
+            digest.update(end.y.to_bits());
+        }
+    }
+}
+
+/// A reading of the window with what the segments return there.
+struct Explained<'f> {
+    placed: Placed,
+    measured: &'f LogReading,
+    signal: f32,
+    cost: f32,
+}
+
+type Readings<'f> = Vec<Explained<'f>, { MAX_WINDOW * SENSORS }>;
+type Finalists = [Option<(f32, Wall)>; FINALISTS];
+
+impl<'f> SegmentFit<'f> {
+    /// Does the next part of a birth; the segment that made room for a new one, if there
+    /// is a new one and it needed room.
+    #[inline(never)]
+    pub(super) fn advance_birth(
+        &self,
+        birth: &mut Birth,
+        segments: &mut WallSegments,
+        system: &mut System,
+    ) -> Option<WallSegment> {
+        match birth.stage {
+            Stage::Rank if has_room(segments) => {
+                if let Some((placed, missing)) = self.unexplained(segments) {
+                    let readings = self.explained(segments, RANK_STRIDE);
+                    let ranked = self.rank(&readings, &placed, missing);
+                    birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
+                    birth.stage = Stage::Fit;
+                }
+                None
+            }
+            Stage::Rank => None,
+            Stage::Fit => {
+                let readings = self.explained(segments, 1);
+                let mut best: Option<(f32, Wall)> = None;
+                for wall in &birth.candidates {
+                    let mut new = [WallSegment::new(birth.next_id, *wall)];
+                    let change = self.fit_alone(&readings, segments, &mut new, system);
+                    if best.is_none_or(|(least, _)| change < least) {
+                        let [new] = new;
+                        best = Some((change, new.ends));
+                    }
+                }
+                let least = -LEAST_SHARE * self.model.parameters.birth_gain;
+                birth.candidates.clear();
+                birth.stage = Stage::Rank;
+                if let Some((change, wall)) = best
+                    && change < least
+                {
+                    let _ = birth.candidates.push(wall);
+                    birth.stage = Stage::Join;
+                }
+                None
+            }
+            Stage::Join => {
+                let evicted = birth
+                    .candidates
+                    .first()
+                    .and_then(|wall| self.join(birth.next_id, wall, segments, system));
+                birth.abandon();
+                let evicted = evicted?;
+                birth.next_id = birth.next_id.wrapping_add(1);
+                evicted
+            }
+        }
+    }
+
+    /// The readings of every so many steps of the window, with what the segments return
+    /// there.
+    #[inline(never)]
+    fn explained(&self, segments: &[WallSegment], stride: usize) -> Readings<'f> {
+        let parameters = &self.model.parameters;
+        let mut readings = Vec::new();
+        let rows: &'f [StepReadings] = self.rows;
+        for row in rows.iter().rev().step_by(stride) {
+            for (mount, measured) in self.model.mounts.iter().zip(&row.measured) {
+                if measured.inverse_sigma <= 0.0 {
+                    continue;
+                }
+                let placed = row.place(mount);
+                let signal = self.model.law.signal(&seen(&placed, segments, None));
+                let residual = measured.residual(signal, parameters);
+                let _ = readings.push(Explained {
+                    placed,
+                    measured,
+                    signal,
+                    cost: huber(residual, parameters.huber).0,
+                });
+            }
+        }
+        readings
+    }
+
+    /// The sensor with the most unexplained chi^2 over the last steps, where it is now,
+    /// and its missing signal.
+    #[inline(never)]
+    fn unexplained(&self, segments: &[WallSegment]) -> Option<(Placed, f32)> {
+        let parameters = &self.model.parameters;
+        let newest = self.rows.last()?;
+        let steps = usize::from(parameters.unexplained_steps);
+        let mut most: Option<(f32, Placed, f32)> = None;
+        for (sensor, mount) in self.model.mounts.iter().enumerate() {
+            let mut sum = 0.0;
+            let mut missing = 0.0;
+            for row in self.rows.iter().rev().take(steps) {
+                let Some(measured) = row.measured.get(sensor) else {
+                    continue;
+                };
+                if measured.inverse_sigma <= 0.0 {
+                    continue;
+                }
+                let placed = row.place(mount);
+                let signal = self.model.law.signal(&seen(&placed, segments, None));
+                let residual = measured.residual(signal, parameters).max(0.0);
+                sum += residual * residual;
+                if core::ptr::eq(row, newest) {
+                    missing = measured.signal - signal;
+                }
+            }
+            let is_most = most.is_none_or(|(other, ..)| sum > other);
+            if sum > parameters.unexplained && missing > 0.0 && is_most {
+                most = Some((sum, newest.place(mount), missing));
+            }
+        }
+        most.map(|(_, placed, missing)| (placed, missing))
+    }
+
+    /// The best candidates.
+    #[inline(never)]
+    fn rank(&self, readings: &Readings<'_>, placed: &Placed, missing: f32) -> Finalists {
+        let mut finalists = [None; FINALISTS];
+        for normal in NORMALS_DEG {
+            let normal = math::sin_cos(normal.to_radians());
+            for bearing in BEARINGS_DEG {
+                let bearing = math::sin_cos(bearing.to_radians());
+                for length_m in LENGTHS_M {
+                    let wall = BirthPlace::of(normal, bearing, length_m)
+                        .and_then(|place| self.placed_candidate(&place, placed, missing));
+                    if let Some(wall) = wall {
+                        insert(&mut finalists, self.change_by(readings, &wall), wall);
+                    }
+                }
+            }
+        }
+        finalists
+    }
+
+    /// Change of the cost by a wall more, which hides nothing and is not hidden.
+    #[inline(never)]
+    fn change_by(&self, readings: &Readings<'_>, wall: &Wall) -> f32 {
+        let parameters = &self.model.parameters;
+        let law = &self.model.law;
+        let mut change = 0.0;
+        for reading in readings {
+            let seen = reading.placed.see(wall);
+            if law.may_see(&seen) {
+                let signal = reading.signal + law.signal(&[seen]);
+                let residual = reading.measured.residual(signal, parameters);
+                change += huber(residual, parameters.huber).0 - reading.cost;
+            }
+        }
+        change
+    }
+
+    /// A candidate at the distance at which it returns the missing signal; `None` if that
+    /// is out of reach or under the robot.
+    #[inline(never)]
+    fn placed_candidate(
+        &self,
+        candidate: &BirthPlace,
+        placed: &Placed,
+        missing: f32,
+    ) -> Option<Wall> {
+        let law = &self.model.law;
+        let parameters = &self.model.parameters;
+        let mut distance = law.endless_distance_m(missing + law.beta_counts(), 0.0)?;
+        for _ in 0..DISTANCE_STEPS {
+            let ratio = law.signal(&[candidate.wall(distance)]) / missing;
+            distance *= math::sqrt(ratio).clamp(0.5, 1.5);
+            if (ratio - 1.0).abs() < DISTANCE_ERROR {
+                break;
+            }
+        }
+        let ends = candidate.wall(distance);
+        let wall = ends.map(|end| placed.position + end.rotated(placed.axis));
+        let is_near = distance_m(&wall, Point::default()) < parameters.reach_m;
+        let is_clear = || {
+            self.rows.iter().all(|row| {
+                let off = wall.map(|end| end - row.position);
+                distance_m(&off, Point::default()) > parameters.hull_m
+            })
+        };
+        (is_near && is_clear()).then_some(wall)
+    }
+
+    /// Fits a new segment with the others held; the change of the cost that it makes.
+    #[inline(never)]
+    fn fit_alone(
+        &self,
+        readings: &Readings<'_>,
+        others: &[WallSegment],
+        new: &mut [WallSegment; 1],
+        system: &mut System,
+    ) -> f32 {
+        self.descend(new, ALONE_ITERATIONS, system, &mut |new, system| {
+            new.first().map_or(0.0, |new| {
+                self.assemble_alone(readings, others, new, system)
+            })
+        })
+    }
+
+    /// The normal equations of one segment with the others held, and the change of the
+    /// cost by it.
+    #[inline(never)]
+    fn assemble_alone(
+        &self,
+        readings: &Readings<'_>,
+        others: &[WallSegment],
+        new: &WallSegment,
+        system: &mut System,
+    ) -> f32 {
+        let parameters = &self.model.parameters;
+        let law = &self.model.law;
+        system.clear(COORDINATES);
+        let mut change = 0.0;
+        for reading in readings {
+            let own = reading.placed.see(&new.ends);
+            if !law.may_see(&own) {
+                continue;
+            }
+            let mut walls = seen(&reading.placed, others, None);
+            let place = walls.len();
+            let _ = walls.push(own);
+            let seen = law.signal_and_gradient(&walls);
+            let residual = reading.measured.residual(seen.signal, parameters);
+            let (cost, weight) = huber(residual, parameters.huber);
+            change += cost - reading.cost;
+            let factor = -reading.measured.inverse_sigma / (seen.signal + parameters.soft_counts);
+            if let Some(gradient) = seen.gradient.get(place) {
+                let values = slope(&reading.placed, new, gradient, factor);
+                system.add(&[Slope { first: 0, values }], residual, weight);
+            }
+        }
+        self.add_prior(new, 0, system);
+        change + new.prior_cost(parameters)
+    }
+
+    /// Fits a new segment and the others together, and keeps it if that saves enough;
+    /// what made room for it then.
+    #[inline(never)]
+    fn join(
+        &self,
+        id: u16,
+        wall: &Wall,
+        segments: &mut WallSegments,
+        system: &mut System,
+    ) -> Option<Option<WallSegment>> {
+        let parameters = &self.model.parameters;
+        let before = self.cost(segments);
+        let mut with = segments.clone();
+        let evicted = make_room(&mut with);
+        with.push(WallSegment::new(id, *wall)).ok()?;
+        let after = self.refine(&mut with, parameters.birth_iterations, system);
+        (before - after > parameters.birth_gain).then(|| {
+            *segments = with;
+            evicted
+        })
+    }
+}
+
+/// The form of a new segment in the frame of its sensor, without its distance.
+struct BirthPlace {
+    /// The middle at a perpendicular distance of 1 m.
+    middle: Point,
+    /// From the middle to the second end, metres.
+    half: Point,
+}
+
+impl BirthPlace {
+    /// With sine and cosine of the bearings of the normal and of the middle; `None` where
+    /// the sensor would see it from its end.
+    fn of(normal: (f32, f32), bearing: (f32, f32), length_m: f32) -> Option<Self> {
+        let ((s, c), (sine, cosine)) = (normal, bearing);
+        let incidence = c * cosine + s * sine;
+        let half = 0.5 * length_m;
+        (incidence >= LEAST_COSINE).then(|| Self {
+            middle: Point::new(cosine / incidence, sine / incidence),
+            half: Point::new(-half * s, half * c),
+        })
+    }
+
+    /// The wall at a perpendicular distance.
+    fn wall(&self, distance_m: f32) -> Wall {
+        let middle = Point::new(distance_m * self.middle.x, distance_m * self.middle.y);
+        [middle - self.half, middle + self.half]
+    }
+}
+
+/// Puts a candidate among the best, the best first.
+fn insert(finalists: &mut [Option<(f32, Wall)>; FINALISTS], cost: f32, wall: Wall) {
+    let mut entry = Some((cost, wall));
+    for held in finalists {
+        let is_better = match (&entry, &held) {
+            (Some((cost, _)), Some((other, _))) => cost < other,
+            (Some((cost, _)), None) => cost.is_finite(),
+            (None, _) => false,
+        };
+        if is_better {
+            core::mem::swap(held, &mut entry);
+        }
+    }
+}
+
+/// Whether there is a place for a new segment, or one that is frozen and could make room.
+fn has_room(segments: &WallSegments) -> bool {
+    segments.len() < MAX_SEGMENTS || segments.iter().any(|segment| segment.is_frozen)
+}
+
+/// Takes out the frozen segment with the least evidence if there is no place for another.
+fn make_room(segments: &mut WallSegments) -> Option<WallSegment> {
+    if segments.len() < MAX_SEGMENTS {
+        return None;
+    }
+    let frozen = segments.iter().enumerate().filter(|(_, s)| s.is_frozen);
+    let least = frozen.min_by(|(_, a), (_, b)| a.evidence.total_cmp(&b.evidence));
+    take(segments, least.map(|(index, _)| index)?)
+}
+
+/// Takes a segment out; the order of the others stays.
+#[inline(never)]
+pub(super) fn take(segments: &mut WallSegments, index: usize) -> Option<WallSegment> {
+    let taken = segments.get(index).copied();
+    let mut place = 0;
+    segments.retain(|_| {
+        place += 1;
+        place != index + 1
+    });
+    taken
+}

@@ -1,0 +1,456 @@
+//! Weighing and drawing against tracked wall segments (the profile `wall`).
+//!
+//! A particle at p is supported by a seen segment with normal n and distance h from the
+//! robot's centre if it lies between its ends and in the lobe of a sensor that claims it:
+//!
+//! ```text
+//! e       h - n.p, before the wall positive
+//! v       (3 mm)^2 + (2 % of h)^2
+//! q       cos(xi t) cos^3(i), what the element at p returns as seen by the sensor
+//! P       min(1, q / (q_min q_max)) exp(-e^2 / 2 v)
+//! w       1 - prod (1 - P), as equation 2 joins the supports
+//! ```
+//!
+//! Beside a segment, and a little beyond its ends, nothing is refuted. Elsewhere a sensor
+//! sees past a place only well inside its arc, r < kappa x, and near its axis: the counts
+//! give an upper bound of the range to a surface that does not fill the lobe. A reading
+//! that no segment explains supports nothing.
+
+use heapless::Vec;
+use rand_core::Rng;
+
+use super::segments::{MAX_SEGMENTS, SeenSegment, SegmentModel};
+use super::weigh::Beam;
+use super::{Evaluation, Model, ParticleSet, Scan, WallParameters};
+use crate::geometry::Point;
+use crate::math;
+use crate::model::{SENSORS, SensorMask};
+use crate::random::{standard_normal_pair, uniform, uniform_below};
+
+/// Squared distance from a segment, in variances, beyond which a support is none.
+const FAR_SQUARED: f32 = 24.0;
+/// The same within which nothing is refuted.
+const BESIDE_SQUARED: f32 = 9.0;
+/// Least cosine of the incidence at which a particle is drawn on a segment.
+const LEAST_INCIDENCE: f32 = 0.2;
+/// Bearings at which the strongest element is looked for, on each side of the axis.
+const QUALITY_STEPS: i8 = 8;
+
+/// A seen segment, prepared for a step.
+#[derive(Clone, Copy, Debug)]
+struct SeenWall {
+    /// Away from the robot.
+    normal: Point,
+    along: Point,
+    /// From the robot's centre, metres.
+    distance_m: f32,
+    /// The ends on the line, from the foot of the perpendicular, metres.
+    from_m: f32,
+    to_m: f32,
+    variance: f32,
+    sensors: SensorMask,
+    /// 1 / (q_min q_max) by sensor.
+    inverse_quality: [f32; SENSORS],
+    /// The bearings of the ends by sensor, clipped to the lobe.
+    bearings_rad: [(f32, f32); SENSORS],
+}
+
+/// The readings of one step with the segments that explain them.
+pub(super) struct WallScan<'m> {
+    model: &'m Model,
+    parameters: &'m WallParameters,
+    scan: Scan,
+    walls: Vec<SeenWall, MAX_SEGMENTS>,
+    least_cosine: f32,
+}
+
+impl<'m> WallScan<'m> {
+    /// Prepares a step; `None` if the model has no walls.
+    pub(super) fn new<const N: usize>(
+        model: &'m Model,
+        set: &ParticleSet<N>,
+        scan: Scan,
+    ) -> Option<Self> {
+        let parameters = model.walls?;
+        let mut walls = Vec::new();
+        let seen = |segments: &SegmentModel| set.tracker.seen(segments, parameters);
+        for segment in set.segment_model.as_ref().map(seen).iter().flatten() {
+            if let Some(wall) = SeenWall::of(model, parameters, segment) {
+                let _ = walls.push(wall);
+            }
+        }
+        Some(Self {
+            model,
+            parameters,
+            scan,
+            walls,
+            least_cosine: math::sin_cos(parameters.side_bearing_rad).1,
+        })
+    }
+
+    /// Weighs a place of the body frame.
+    pub(super) fn weigh(&self, place: Point) -> Evaluation {
+        let mut supporting: Option<(&SeenWall, f32)> = None;
+        let mut is_beside = false;
+        for wall in &self.walls {
+            let across = wall.distance_m - dot(wall.normal, place);
+            let squared = across * across;
+            if squared >= FAR_SQUARED * wall.variance {
+                continue;
+            }
+            let along = dot(wall.along, place);
+            let beyond = (wall.from_m - along).max(along - wall.to_m);
+            is_beside |=
+                squared < BESIDE_SQUARED * wall.variance && beyond < self.parameters.undecided_m;
+            if beyond <= self.parameters.end_margin_m {
+                let support = math::exp_of_minus(squared / (2.0 * wall.variance));
+                if supporting.is_none_or(|(_, other)| support > other) {
+                    supporting = Some((wall, support));
+                }
+            }
+        }
+        self.evaluate(place, supporting, is_beside)
+    }
+
+    fn evaluate(
+        &self,
+        place: Point,
+        supporting: Option<(&SeenWall, f32)>,
+        is_beside: bool,
+    ) -> Evaluation {
+        let model = self.model;
+        let parameters = &model.parameters;
+        let model_variance = parameters.model_error_m * parameters.model_error_m;
+        let margin_squared = parameters.side_margin * parameters.side_margin;
+        let mut unsupported = 1.0;
+        let mut veto = 1.0;
+        let mut in_view = false;
+        let mut seen_past = false;
+        for sensor in model.visibility.at(place).iter() {
+            let Some(beam) = self.scan.beam(sensor) else {
+                continue;
+            };
+            let seen = beam.mount.sensor_from_body(place);
+            if seen.x <= 0.0 || seen.y.abs() > model.beam_pattern.tangent_max() * seen.x {
+                continue;
+            }
+            in_view = true;
+            let range = seen.norm();
+            let cosine = seen.x / range;
+            let lobe = model.beam_pattern.at(cosine);
+            if let Some((wall, support)) = supporting {
+                unsupported *= 1.0 - support * wall.quality(beam, place, range, lobe);
+            }
+            if is_beside || cosine < self.least_cosine {
+                continue;
+            }
+            let kappa = if beam.surface {
+                self.parameters.surface_kappa
+            } else {
+                self.parameters.nothing_kappa
+            };
+            let arc = beam.echo.range_m * lobe;
+            let sigma = beam.echo.sigma_m * lobe;
+            let short = arc - range;
+            let variance = sigma * sigma + model_variance;
+            if range < kappa * arc && short * short > margin_squared * variance {
+                seen_past = true;
+                veto *= parameters.veto;
+            }
+        }
+        Evaluation {
+            weight: (1.0 - unsupported) * veto,
+            in_view,
+            seen_past,
+        }
+    }
+
+    /// A position for a new particle; `None` when no sensor is usable.
+    ///
+    /// The sensor is uniform. For one that a segment explains, the position is on the
+    /// segment, its bearing uniform between the ends, with the sensor's noise across it,
+    /// but for the explorers. These are uniform over the area up to the reading's arc.
+    pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<Point> {
+        let model = self.model;
+        let beams = self.scan.usable();
+        let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
+        if beam.surface
+            && let Some(place) = self.draw_on_wall(beam, rng)
+        {
+            return Some(place);
+        }
+        let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
+        let (sine, cosine) = math::sin_cos(bearing);
+        let range = beam.echo.range_m * math::sqrt(uniform(rng)) * model.beam_pattern.at(cosine);
+        let in_sensor = Point::new(range * cosine, range * sine);
+        Some(beam.mount.body_from_sensor(in_sensor))
+    }
+
+    fn draw_on_wall(&self, beam: &Beam, rng: &mut impl Rng) -> Option<Point> {
+        let sensor = beam.sensor;
+        let claiming = || {
+            self.walls
+                .iter()
+                .filter(|wall| wall.sensors.contains(sensor))
+        };
+        let count = claiming().count() as u32;
+        if count == 0 || uniform(rng) < self.parameters.explorers {
+            return None;
+        }
+        let wall = claiming().nth(uniform_below(rng, count) as usize)?;
+        let (from, to) = *wall.bearings_rad.get(sensor)?;
+        let (sine, cosine) = math::sin_cos(from + (to - from) * uniform(rng));
+        let ray = Point::new(cosine, sine).rotated(beam.mount.direction);
+        let incidence = dot(ray, wall.normal);
+        if incidence < LEAST_INCIDENCE {
+            return None;
+        }
+        let distance = wall.distance_m - dot(wall.normal, beam.mount.position);
+        let range = (distance + beam.echo.sigma_m * standard_normal_pair(rng).0) / incidence;
+        let range = range.max(0.0);
+        Some(beam.mount.position + Point::new(range * ray.x, range * ray.y))
+    }
+
+    /// How many steps of the gate a survival is worth after so much travel, metres.
+    ///
+    /// Less than the gate, so that one survival never opens it.
+    pub(super) fn epochs(&self, travel_m: f32) -> u8 {
+        let most = self.model.parameters.gate.saturating_sub(1).max(1);
+        let steps = math::round_to_u32(travel_m.abs() / self.parameters.travel_per_epoch_m);
+        steps.clamp(1, u32::from(most)) as u8
+    }
+}
+
+impl SeenWall {
+    fn of(model: &Model, parameters: &WallParameters, segment: &SeenSegment) -> Option<Self> {
+        let [from, to] = segment.ends;
+        let way = to - from;
+        let length_m = way.norm();
+        if length_m <= 0.0 {
+            return None;
+        }
+        let mut along = Point::new(way.x / length_m, way.y / length_m);
+        let mut normal = Point::new(along.y, -along.x);
+        let (mut from_m, mut to_m) = (dot(along, from), dot(along, to));
+        let mut distance_m = dot(normal, from);
+        if distance_m < 0.0 {
+            distance_m = -distance_m;
+            normal = Point::new(-normal.x, -normal.y);
+            along = Point::new(-along.x, -along.y);
+            (from_m, to_m) = (-to_m, -from_m);
+        }
+        let relative_m = parameters.relative_error * distance_m;
+        let mut wall = Self {
+            normal,
+            along,
+            distance_m,
+            from_m,
+            to_m,
+            variance: parameters.error_m * parameters.error_m + relative_m * relative_m,
+            sensors: segment.sensors,
+            inverse_quality: [0.0; SENSORS],
+            bearings_rad: [(0.0, 0.0); SENSORS],
+        };
+        let by_sensor = wall.inverse_quality.iter_mut().zip(&mut wall.bearings_rad);
+        for (sensor, ((inverse, bearings), mount)) in by_sensor.zip(&model.mounts).enumerate() {
+            if !segment.sensors.contains(sensor) {
+                continue;
+            }
+            let seen = segment.ends.map(|end| mount.sensor_from_body(end));
+            let max = model.photometry.theta_max_rad;
+            let [a, b] = seen.map(|end| math::coarse_atan2(end.y, end.x).max(-max).min(max));
+            *bearings = (a.min(b), a.max(b));
+            let turned = normal.rotated(mount.direction.inverse());
+            *inverse = 1.0 / (parameters.least_quality * largest_quality(model, turned));
+        }
+        Some(wall)
+    }
+
+    /// min(1, q / (q_min q_max)) of a sensor for a place in its view.
+    #[inline]
+    fn quality(&self, beam: &Beam, place: Point, range: f32, lobe: f32) -> f32 {
+        if !self.sensors.contains(beam.sensor) {
+            return 0.0;
+        }
+        let inverse = self
+            .inverse_quality
+            .get(beam.sensor)
+            .copied()
+            .unwrap_or(0.0);
+        let incidence = (dot(self.normal, place - beam.mount.position) / range).max(0.0);
+        (lobe * lobe * incidence * incidence * incidence * inverse).min(1.0)
+    }
+}
+
+/// q_max: the largest cos(xi t) cos^3(t - psi) in the lobe, by bearings a sixteenth of
+/// it apart; within 3 % of it.
+fn largest_quality(model: &Model, normal: Point) -> f32 {
+    let step = model.photometry.theta_max_rad / f32::from(QUALITY_STEPS);
+    let mut largest = 1e-3_f32;
+    for index in -QUALITY_STEPS..=QUALITY_STEPS {
+        let (sine, cosine) = math::sin_cos(f32::from(index) * step);
+        let lobe = model.beam_pattern.at(cosine);
+        let incidence = (normal.x * cosine + normal.y * sine).max(0.0);
+        largest = largest.max(lobe * lobe * incidence * incidence * incidence);
+    }
+    largest
+}
+
+#[inline]
+fn dot(a: Point, b: Point) -> f32 {
+    a.x * b.x + a.y * b.y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::FilterParameters;
+    use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
+    use crate::random::Generator;
+
+    /// 0.1 m on the axis by the point law.
+    const TENTH: Sample = Sample::Counts(78);
+    /// Nothing in range.
+    const DARK: Sample = Sample::Counts(-16);
+    const SENSOR: usize = 3;
+
+    fn model() -> Model {
+        Model::new(
+            FilterParameters::WALL,
+            Photometry::VCNL4020,
+            &Ring::AMIRO,
+            DifferentialDrive::AMIRO,
+        )
+    }
+
+    /// One sensor's reading, and a wall in that sensor's frame which it claims.
+    fn scan(model: &Model, sample: Sample, wall: Option<[Point; 2]>) -> WallScan<'_> {
+        let samples: [Sample; SENSORS] = core::array::from_fn(|sensor| {
+            if sensor == SENSOR {
+                sample
+            } else {
+                Sample::Missing
+            }
+        });
+        let parameters = model.walls.unwrap();
+        let mut walls = Vec::new();
+        if let Some(ends) = wall {
+            let segment = SeenSegment {
+                ends: ends.map(|end| model.mounts[SENSOR].body_from_sensor(end)),
+                sensors: SensorMask::NONE.with(SENSOR),
+            };
+            walls
+                .push(SeenWall::of(model, parameters, &segment).unwrap())
+                .unwrap();
+        }
+        WallScan {
+            model,
+            parameters,
+            scan: Scan::new(model, &samples.map(|sample| model.photometry.read(sample))),
+            walls,
+            least_cosine: math::sin_cos(parameters.side_bearing_rad).1,
+        }
+    }
+
+    fn weigh(scan: &WallScan, x: f32, y: f32) -> Evaluation {
+        let mount = &scan.model.mounts[SENSOR];
+        scan.weigh(mount.body_from_sensor(Point::new(x, y)))
+    }
+
+    /// Across the axis, 60 mm from the sensor, 40 mm long.
+    const SHORT: [Point; 2] = [Point { x: 0.06, y: -0.02 }, Point { x: 0.06, y: 0.02 }];
+
+    #[test]
+    fn a_place_on_a_claimed_segment_is_supported() {
+        let model = model();
+        let scan = scan(&model, TENTH, Some(SHORT));
+        for y in [-0.015, 0.0, 0.015] {
+            assert!(weigh(&scan, 0.06, y).weight > 0.999, "{y}");
+        }
+        // Three standard deviations before it: exp(-4.5).
+        let off = 3.0 * math::sqrt(scan.walls[0].variance);
+        let weight = weigh(&scan, 0.06 - 0.999 * off, 0.0).weight;
+        assert!((weight - 0.0111).abs() < 1e-3, "{weight}");
+    }
+
+    #[test]
+    fn nothing_is_supported_beyond_an_end_and_nothing_refuted_near_it() {
+        let model = model();
+        let scan = scan(&model, DARK, Some(SHORT));
+        for (beyond, is_supported, is_refuted) in [
+            (0.002, true, false),
+            (0.004, false, false),
+            (0.014, false, false),
+            (0.016, false, true),
+        ] {
+            for side in [-1.0, 1.0] {
+                let found = weigh(&scan, 0.06, side * (0.02 + beyond));
+                assert!(found.in_view, "{beyond}");
+                assert_eq!(found.weight > 0.0, is_supported, "{beyond} {side}");
+                assert_eq!(found.seen_past, is_refuted, "{beyond} {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reading_without_a_segment_supports_nothing_and_is_an_upper_bound() {
+        let model = model();
+        let scan = scan(&model, TENTH, None);
+        let arc = scan.scan.beam(SENSOR).unwrap().echo.range_m;
+        let kappa = scan.parameters.surface_kappa;
+        for (share, is_refuted) in [(kappa - 0.01, true), (kappa + 0.01, false), (1.0, false)] {
+            let found = weigh(&scan, share * arc, 0.0);
+            assert_eq!(found.seen_past, is_refuted, "{share}");
+            assert!(found.weight <= 0.0, "{share}");
+        }
+        // 20 mm from the sensor, and far from its axis.
+        for (bearing_deg, is_refuted) in [(39.0_f32, true), (41.0, false)] {
+            let (sine, cosine) = math::sin_cos(bearing_deg.to_radians());
+            let found = weigh(&scan, 0.02 * cosine, 0.02 * sine);
+            assert!(found.in_view);
+            assert_eq!(found.seen_past, is_refuted, "{bearing_deg}");
+        }
+    }
+
+    #[test]
+    fn the_explorers_share_searches_the_lobe_and_the_others_the_segment() {
+        let model = model();
+        // The segment is behind the arc, which no explorer crosses.
+        let wall = [Point::new(0.15, -0.05), Point::new(0.15, 0.05)];
+        let scan = scan(&model, TENTH, Some(wall));
+        for seed in 1..=3 {
+            let mut rng = Generator::seeded(seed);
+            let mut on_wall = 0.0;
+            for _ in 0..4000 {
+                let place = scan.draw(&mut rng).unwrap();
+                let seen = model.mounts[SENSOR].sensor_from_body(place);
+                if seen.x > 0.12 {
+                    on_wall += 1.0;
+                    assert!((seen.x - 0.15).abs() < 0.02, "{seen:?}");
+                    assert!(seen.y.abs() < 0.06, "{seen:?}");
+                }
+            }
+            // sigma = sqrt(0.4 * 0.6 / 4000) = 0.008; 4 sigma.
+            let share = 1.0 - on_wall / 4000.0;
+            let off = (share - scan.parameters.explorers).abs();
+            assert!(off < 0.031, "seed {seed}: {share}");
+        }
+    }
+
+    #[test]
+    fn epochs_count_travel_and_one_survival_never_opens_the_gate() {
+        let model = model();
+        let scan = scan(&model, TENTH, None);
+        let gate = model.parameters.gate;
+        for (travel_m, epochs) in [
+            (0.0, 1),
+            (0.004, 1),
+            (0.01, 1),
+            (0.03, 3),
+            (0.05, gate - 1),
+            (0.3, gate - 1),
+        ] {
+            assert_eq!(scan.epochs(travel_m), epochs, "{travel_m}");
+        }
+    }
+}
