@@ -18,6 +18,7 @@ mod footprint;
 mod image;
 mod keyframe_arguments;
 mod map;
+mod map_method;
 mod map_report;
 mod offsets;
 mod overrides;
