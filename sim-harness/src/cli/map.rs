@@ -24,7 +24,7 @@ pub(super) struct MapCommand {
     /// The robot: a rig file, as in `rigs/`.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// The method, as `ism`, `ism-decay`, or `wall-map` for infrared sensors.
+    /// The method, as `ism`, `ism-decay`, `kleppe`, or `wall-map` for infrared sensors.
     #[arg(long, default_value = "ism", value_name = "METHOD")]
     method: String,
     /// Only sensors whose names begin so, as in `sonar`; all of the rig if not given.
@@ -99,7 +99,7 @@ impl MapCommand {
             calibration,
         };
         let options = DriveOptions {
-            keyframes: self.keyframes.keyframes(usual.keyframes),
+            keyframes: self.keyframes.keyframes(method.keyframes(usual.keyframes)),
             mounts: self.sensors.clone(),
         };
         let progress = RefCell::new(PassProgress::default());

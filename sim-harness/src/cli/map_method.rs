@@ -20,5 +20,11 @@ pub(super) fn named(name: &str, rig: &Rig) -> Result<Method, String> {
             rig.name
         ));
     }
+    if method.takes_beams && rig.mounts.iter().all(|mount| mount.sensor.is_infrared()) {
+        return Err(format!(
+            "--method {method} needs scanners or cones: rig {} has only infrared sensors",
+            rig.name
+        ));
+    }
     Ok(method)
 }

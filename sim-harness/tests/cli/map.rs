@@ -146,7 +146,7 @@ fn what_is_missing_is_named_with_what_was_looked_for() {
     fs::remove_file(Path::new(&drive).join("measurement.txt")).unwrap();
     for words in [
         "drive: of no known format; looked for",
-        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a file with frames of the link or AMiRo's text (amiro)",
+        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a folder with scans.csv, and vicon_poses.csv or poses.csv (nano_swarm); or a file with frames of the link or AMiRo's text (amiro)",
     ] {
         folder.refuses(&drive, KCMA, &[], words);
     }
