@@ -22,6 +22,10 @@
 //! - [`model`]: the sensor ring, its photometric law and the inverse kinematics (paper
 //!   sections 4.3 and 4.4).
 //! - [`filter`]: Algorithms 1 and 2. It has no time, no clock and no link.
+//! - [`beam_filter`]: the inverted particle filter for range beams (laser, time of
+//!   flight) of Kleppe and Skavhaug 2013. It has no time and no clock.
+//! - [`dead_reckoning`]: corrected wheels and a Kalman filter with a compass, of Ivanjko,
+//!   Petrovic and Macek 2003.
 //! - [`node`]: the portable program from inputs to events: configuration, odometry,
 //!   step trigger, sample window.
 //! - [`board`]: the robot's board over register traits. Its I2C masters and sensors give
@@ -82,8 +86,10 @@
     warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing)
 )]
 
+pub mod beam_filter;
 pub mod board;
 pub mod checksum;
+pub mod dead_reckoning;
 pub mod filter;
 pub mod geometry;
 pub mod link;

@@ -58,7 +58,7 @@ fn assert_never_names(place: &str, words: &[&str]) {
 
 /// The layers of the core from the lowest to the highest, with the modules that each may
 /// import.
-const LAYERS: [(&str, &[&str]); 9] = [
+const LAYERS: [(&str, &[&str]); 11] = [
     ("checksum", &[]),
     ("math", &[]),
     ("geometry", &["math"]),
@@ -68,6 +68,11 @@ const LAYERS: [(&str, &[&str]); 9] = [
         "filter",
         &["model", "geometry", "math", "random", "checksum"],
     ),
+    (
+        "beam_filter",
+        &["filter", "geometry", "math", "random", "checksum"],
+    ),
+    ("dead_reckoning", &["filter", "model", "geometry", "math"]),
     ("node", &["filter", "model", "geometry", "math"]),
     ("board", &["node", "model", "geometry", "math", "checksum"]),
     ("link", &["board", "node", "model", "geometry", "checksum"]),

@@ -10,7 +10,8 @@
 //! rules included, a terminal's `receive`, which decodes and encodes frames, and the
 //! ring of sensors: rounds on both buses, states and values, the measurement of the
 //! offsets and their way to the memory and back; the senses as a whole with the frames of
-//! the robot's bus; what is kept of a life that ended.
+//! the robot's bus; what is kept of a life that ended; cycles, queries and sharing of the
+//! beam filter; steps of dead reckoning.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -22,6 +23,9 @@ mod alone {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
+    use amiro_ipf::beam_filter::{
+        BeamFilterParameters, BeamModel, BeamParticle, BeamParticleFilter, BeamRange, RangeBeam,
+    };
     use amiro_ipf::board::acquisition::{Acquisition, Bus, ProximityRing};
     use amiro_ipf::board::calibration::OffsetMeasurement;
     use amiro_ipf::board::can::{CanFrame, CanIdentifier};
@@ -31,17 +35,25 @@ mod alone {
     use amiro_ipf::board::supervision::{
         BootHistory, HISTORY_WORDS, LoadGuard, PostMortem, RECORD_WORDS,
     };
+    use amiro_ipf::dead_reckoning::{
+        DeadReckoning, DeadReckoningModel, DeadReckoningParameters, WheelCorrection,
+    };
     use amiro_ipf::filter::ParticleSet;
+    use amiro_ipf::geometry::{Angle, Motion, Point, Pose};
     use amiro_ipf::link::{Boot, DeviceEndpoint};
+    use amiro_ipf::model::{DifferentialDrive, WheelSpeeds};
     use amiro_ipf::node::{Node, seed};
+    use amiro_ipf::random::Generator;
     // Brings the interrupt vectors that the linker script asks for.
     use stm32f4xx_hal as _;
 
     const PARTICLES: usize = 8000;
+    const BEAM_PARTICLES: usize = 1000;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         static mut SET: ParticleSet<PARTICLES> = ParticleSet::new();
+        static mut BEAMS: BeamParticleFilter<BEAM_PARTICLES> = BeamParticleFilter::new();
         let boot = Boot {
             wire_version: 0,
             build_id: 0,
@@ -55,6 +67,8 @@ mod alone {
         let mut ring = ProximityRing::new();
         let mut acquisition = Acquisition::new();
         loop {
+            map_beams(BEAMS);
+            reckon();
             sense(&mut ring);
             sense_whole(&mut acquisition);
             supervise();
@@ -101,6 +115,55 @@ mod alone {
         for part in eeprom::reads(eeprom::ADDRESS_AMIRO, black_box(0), black_box(36)) {
             black_box(part);
         }
+    }
+
+    /// Whatever the range sensors measure, however the robot moves, whatever others send.
+    fn map_beams(filter: &mut BeamParticleFilter<BEAM_PARTICLES>) {
+        let parameters = black_box(BeamFilterParameters::MOVING);
+        let Ok(model) = BeamModel::new(parameters) else {
+            return;
+        };
+        let mut rng = Generator::seeded(black_box(0));
+        let heading = Angle::from_radians(black_box(0.0));
+        filter.reset(&model, black_box(0), heading, &mut rng);
+        let pose = black_box(Pose::default());
+        let range = black_box(BeamRange::Echo(0.0));
+        let Ok(beam) = RangeBeam::new(&pose, range) else {
+            return;
+        };
+        let beams = [beam; 32];
+        let seen = beams.get(..black_box(0)).unwrap_or_default();
+        let motion = Motion {
+            displacement: black_box(Point::default()),
+            turn: heading,
+        };
+        black_box(filter.cycle(&model, &motion, seen, &mut rng));
+        black_box(filter.advance(&model, &motion, &mut rng));
+        black_box(filter.set_heading(heading));
+        black_box((filter.nearest_obstacle(black_box(0.0)), filter.digest()));
+        for particle in filter.particles() {
+            black_box(particle);
+        }
+        let mut batch = black_box([BeamParticle::default(); 64]);
+        let room = batch.get_mut(..black_box(0)).unwrap_or_default();
+        black_box(filter.export(room));
+        let frame = filter.particle_frame(&pose);
+        black_box(filter.import(&model, &frame, &black_box(pose), &batch));
+    }
+
+    /// Whatever wheels and compass measure.
+    fn reckon() {
+        let mut parameters = DeadReckoningParameters::of(DifferentialDrive::AMIRO);
+        parameters.drive.correction = black_box(WheelCorrection::NONE);
+        let Ok(model) = DeadReckoningModel::new(black_box(parameters)) else {
+            return;
+        };
+        let mut filter = black_box(DeadReckoning::starting_at(&model, &Pose::default()));
+        let speeds: Option<WheelSpeeds> = black_box(None);
+        let compass = black_box(0.0).into();
+        black_box(filter.step(&model, speeds, black_box(Some(compass))));
+        black_box((filter.pose(), filter.covariance()));
+        black_box(model.parameters().drive.motion(filter.speeds(), 0.1));
     }
 
     /// Whatever comes over the robot's bus, at any time.

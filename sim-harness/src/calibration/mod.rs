@@ -7,6 +7,8 @@
 //!
 //! [`DriveGains`] are the gains of the sensors of a ring as recorded drives give them, and
 //! [`GainFile`] what is written of them.
+//!
+//! Apart from it, [`fit_wheels`] fits the factors of a differential drive.
 
 mod drive_gains;
 mod estimate;
@@ -15,10 +17,12 @@ mod fixed;
 mod gain_file;
 mod law;
 mod law_comparison;
+mod odometry_drive;
 mod parameter;
 mod report;
 mod start;
 mod table;
+mod wheels;
 
 pub use drive_gains::{DriveGainError, DriveGainSettings, DriveGains};
 pub use estimate::{Estimate, Fit, Origin};
@@ -27,5 +31,7 @@ pub use fixed::{Fixed, FixedError};
 pub use gain_file::{GainFile, GainFileError};
 pub use law::{Law, LawKind};
 pub use law_comparison::{LawComparison, LawVerdict};
+pub use odometry_drive::{OdometryDrive, OdometryEnds};
 pub use parameter::Parameter;
 pub use table::{CalibrationPoint, Table, TableError, TableProblem};
+pub use wheels::{WheelFit, WheelFitError, WheelSegment, fit_wheels};

@@ -91,6 +91,9 @@ impl ComparisonArguments {
         options.validate().map_err(|error| format!("--{error}"))?;
         let scenarios = chosen_scenarios(&self.scenario)?;
         arguments::check_drives(scenarios.len(), &self.seeds)?;
+        if let Some(method) = self.methods.iter().find(|method| method.takes_beams) {
+            return Err(format!("--methods {method}: AMiRo's sensors give no beams").into());
+        }
         let calibration = arguments::calibration(self.gains.as_deref())?;
         let comparison = MethodComparison {
             scenarios,

@@ -2,11 +2,10 @@
 
 use std::cell::RefCell;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::Args;
 use sim_harness::datasets::{DriveFile, PoseSource, recognise};
-use sim_harness::mapping::{FinishProgress, Mapper, Method, NoEcho, Setup};
+use sim_harness::mapping::{FinishProgress, Mapper, NoEcho, Setup};
 use sim_harness::output;
 use sim_harness::pipeline::{self, DriveOptions};
 use sim_harness::report::{DRIVE_FILES, DriveMapSummary};
@@ -14,18 +13,18 @@ use sim_harness::rig::Rig;
 
 use super::keyframe_arguments::KeyframeArguments;
 use super::progress::PassProgress;
-use super::{CommandResult, ExitStatus, arguments, map_report};
+use super::{CommandResult, ExitStatus, arguments, map_method, map_report};
 
 /// Arguments of `map`.
 #[derive(Debug, Args)]
 pub(super) struct MapCommand {
-    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, perhaps `laser.txt`; or an
+    /// The recorded drive: a folder with `od.txt` and `sonar.txt`, or with `scans.csv`; or an
     /// AMiRo's, as for `replay`.
     drive: PathBuf,
     /// The robot: a rig file, as in `rigs/`.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// The method, as `ism`, `ism-decay`, or `wall-map` for infrared sensors.
+    /// The method, as `ism`, `ism-decay`, `kleppe`, or `wall-map` for infrared sensors.
     #[arg(long, default_value = "ism", value_name = "METHOD")]
     method: String,
     /// Only sensors whose names begin so, as in `sonar`; all of the rig if not given.
@@ -35,7 +34,15 @@ pub(super) struct MapCommand {
     /// alpha is that of the rig's infrared sensors too.
     #[arg(long, value_name = "FILE")]
     gains: Option<PathBuf>,
-    /// Use the poses that were matched to the recording, not those of the odometry.
+    /// Which poses of the recording: `odometry`, `matched` or `motion-capture`.
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        default_value_t,
+        conflicts_with = "matched"
+    )]
+    poses: PoseSource,
+    /// The same as `--poses matched`.
     #[arg(long)]
     matched: bool,
     /// Count cells before the limit of a return without an echo as free.
@@ -63,20 +70,13 @@ impl MapCommand {
         if let Some(calibration) = &calibration {
             rig.set_alpha(calibration.alpha_counts_m2);
         }
-        let method = self.method()?;
+        let method = map_method::named(&self.method, &rig)?;
         for name in &self.sensors {
             if !rig.mounts.iter().any(|mount| mount.name.starts_with(name)) {
                 let known: Vec<_> = rig.mounts.iter().map(|it| it.name.as_str()).collect();
                 let (rig, known) = (&rig.name, known.join(", "));
                 return Err(format!("--sensors {name}: rig {rig} has {known}").into());
             }
-        }
-        if method.fits_signals && !rig.mounts.iter().any(|mount| mount.sensor.is_infrared()) {
-            return Err(format!(
-                "--method {method} fits the signals of infrared sensors: rig {} has none",
-                rig.name
-            )
-            .into());
         }
         let dataset = recognise(&self.drive)?;
         let outputs = DRIVE_FILES.map(|name| self.out.join(name));
@@ -87,10 +87,10 @@ impl MapCommand {
             no_echo: self.no_echo_is_free.then_some(NoEcho::Free),
             ..Setup::new(&rig, cell_m)
         });
-        let (poses, poses_word) = if self.matched {
-            (PoseSource::Matched, "matched")
+        let poses = if self.matched {
+            PoseSource::Matched
         } else {
-            (PoseSource::Odometry, "odometry")
+            self.poses
         };
         let drive = DriveFile {
             path: &self.drive,
@@ -99,7 +99,7 @@ impl MapCommand {
             calibration,
         };
         let options = DriveOptions {
-            keyframes: self.keyframes.keyframes(usual.keyframes),
+            keyframes: self.keyframes.keyframes(method.keyframes(usual.keyframes)),
             mounts: self.sensors.clone(),
         };
         let progress = RefCell::new(PassProgress::default());
@@ -118,7 +118,7 @@ impl MapCommand {
         if let Err(reason) = run.check(&map) {
             return Err(format!("{}: no map: {reason}", self.drive.display()).into());
         }
-        let words = [dataset.name(), method.name, poses_word];
+        let words = [dataset.name(), method.name, poses.name()];
         let summary = DriveMapSummary::of(words, &rig, &run, &map);
         output::create_folder(&self.out)?;
         summary.save(&self.out, &map, &rig, &run)?;
@@ -127,18 +127,6 @@ impl MapCommand {
             ExitStatus::Refused
         } else {
             ExitStatus::Good
-        })
-    }
-
-    /// The method of this name, if records of ranges are enough for it.
-    fn method(&self) -> Result<Method, String> {
-        let is_of_ranges =
-            |method: &Method| method.profile.is_none() && *method != Method::ALL_FREE;
-        let method = Method::from_str(&self.method).ok().filter(is_of_ranges);
-        method.ok_or_else(|| {
-            let known = Method::ALL.into_iter().filter(is_of_ranges);
-            let known: Vec<_> = known.map(|method| method.name).collect();
-            format!("--method {}: {} are known", self.method, known.join(", "))
         })
     }
 }

@@ -18,7 +18,9 @@ mod footprint;
 mod image;
 mod keyframe_arguments;
 mod map;
+mod map_method;
 mod map_report;
+mod odometry;
 mod offsets;
 mod overrides;
 mod progress;
@@ -65,6 +67,8 @@ enum IpfCommand {
     Evaluate(evaluate::Evaluate),
     /// Fit the sensors' law to a table of range, angle and counts, or their gains to drives.
     Calibrate(calibrate::Calibrate),
+    /// Compare the end errors of odometry: raw, calibrated, and filtered with a compass.
+    Odometry(odometry::OdometryCommand),
     /// Build the flash image, check it and print its sizes.
     Image(image::ImageCommand),
 }
@@ -132,6 +136,7 @@ impl IpfCommand {
             Self::Simulate(simulate) => simulate.run(),
             Self::Evaluate(evaluate) => evaluate.run(),
             Self::Calibrate(calibrate) => calibrate.run(),
+            Self::Odometry(odometry) => odometry.run(),
             Self::Image(image) => image.run(),
         }
     }

@@ -59,8 +59,9 @@ impl Dataset for Amiro {
         take: &mut dyn FnMut(&Record),
     ) -> Result<ReadRows, DatasetError> {
         let file = shown(drive.path);
-        if drive.poses == PoseSource::Matched {
-            return Err(DatasetError::NoMatchedPoses { file });
+        if drive.poses != PoseSource::Odometry {
+            let wanted = drive.poses;
+            return Err(DatasetError::NoSuchPoses { file, wanted });
         }
         // Read twice: for its overview, then for its inputs.
         let mut recording = StoredRecording::open(drive.path, |bytes, length| {

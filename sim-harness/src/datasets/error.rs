@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use super::PoseSource;
 use crate::drive::NoSteps;
 use crate::escape::whole_escaped;
 use crate::log::{LogError, Place};
@@ -56,16 +57,20 @@ pub enum DatasetError {
         needed: String,
     },
     /// No recording of the format carries the poses that were asked for.
-    #[error("{file}: recordings of this format have no matched poses")]
-    NoMatchedPoses {
+    #[error("{file}: recordings of this format have no {wanted} poses")]
+    NoSuchPoses {
         /// The file's name, escaped.
         file: String,
+        /// The poses that were asked for.
+        wanted: PoseSource,
     },
     /// The recording does not carry the poses that were asked for.
-    #[error("{file} is missing: the recording has no matched poses")]
+    #[error("{file} is missing: the recording has no {wanted} poses")]
     NoPoses {
         /// The file that would hold them, escaped.
         file: String,
+        /// The poses that were asked for.
+        wanted: PoseSource,
     },
 }
 

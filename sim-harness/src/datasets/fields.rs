@@ -5,19 +5,30 @@ use super::lines::Lines;
 use crate::drive::Return;
 use crate::escape::escaped;
 
-/// Exactly four numbers.
-pub(super) fn numbers(lines: &Lines, separator: char) -> Result<[f64; 4], RefusedRow> {
-    let text = lines.text()?;
+/// Exactly so many numbers in the line that was read last.
+pub(super) fn numbers<const N: usize>(
+    lines: &Lines,
+    separator: char,
+) -> Result<[f64; N], RefusedRow> {
+    numbers_of(lines, lines.text()?, separator)
+}
+
+/// Exactly so many numbers in a part of the line that was read last.
+pub(super) fn numbers_of<const N: usize>(
+    lines: &Lines,
+    text: &str,
+    separator: char,
+) -> Result<[f64; N], RefusedRow> {
     let mut fields = text
         .split(separator)
         .map(str::trim)
         .filter(|field| !field.is_empty());
-    let mut row = [0.0; 4];
+    let mut row = [0.0; N];
     for value in &mut row {
         *value = number(lines, fields.next().unwrap_or_default())?;
     }
     if fields.next().is_some() {
-        return Err(lines.refused("more than 4 values".to_owned()));
+        return Err(lines.refused(format!("more than {N} values")));
     }
     Ok(row)
 }
@@ -71,4 +82,19 @@ pub(super) fn ranges(
         return Ok(returns);
     }
     Err(lines.refused(format!("{} of {count} ranges", returns.len())))
+}
+
+/// What a range, not negative, means to a sensor that measures between two limits.
+pub(super) fn measured_m(range_m: f64, limits_m: [f64; 2], sigma_m: f64) -> Return {
+    let [nearest_m, farthest_m] = limits_m;
+    if range_m > farthest_m {
+        Return::NoEcho {
+            limit_m: farthest_m,
+            sigma_m,
+        }
+    } else if range_m < nearest_m || range_m <= 0.0 {
+        Return::TooClose
+    } else {
+        Return::Echo { range_m, sigma_m }
+    }
 }

@@ -16,7 +16,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::shown;
-use super::fields::{numbers, ranges, same_stamp};
+use super::fields::{measured_m, numbers, ranges, same_stamp};
 use super::lines::Lines;
 use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
 use crate::drive::{Keyframes, RangeScan, Record, Return};
@@ -179,11 +179,17 @@ impl Files {
         };
         let laser = Some(folder.join("laser.txt")).filter(|path| path.is_file());
         check_rig(drive.rig, laser.is_some())?;
+        let wanted = drive.poses;
+        if wanted == PoseSource::MotionCapture {
+            let file = shown(folder);
+            return Err(DatasetError::NoSuchPoses { file, wanted });
+        }
         let mut matched = None;
-        if drive.poses == PoseSource::Matched {
+        if wanted == PoseSource::Matched {
             let path = folder.join("matched_poses.csv");
             if !path.is_file() {
-                return Err(DatasetError::NoPoses { file: shown(&path) });
+                let file = shown(&path);
+                return Err(DatasetError::NoPoses { file, wanted });
             }
             let mut lines = Lines::open(&path)?;
             // The header.
@@ -321,21 +327,14 @@ fn measured(sensor: &Sensor, mm: f64, no_echo_mm: f64) -> Option<Return> {
         Sensor::Scanner(scanner) => (scanner.range_m, scanner.sigma_m),
         Sensor::Infrared(_) => return None,
     };
-    let [nearest_m, farthest_m] = range_m;
-    let metres = 1e-3 * mm;
-    Some(if mm < 0.0 || mm > no_echo_mm {
+    if mm < 0.0 || mm > no_echo_mm {
         return None;
-    } else if mm >= no_echo_mm || metres > farthest_m {
-        Return::NoEcho {
-            limit_m: farthest_m,
+    }
+    if mm >= no_echo_mm {
+        return Some(Return::NoEcho {
+            limit_m: range_m[1],
             sigma_m,
-        }
-    } else if metres < nearest_m {
-        Return::TooClose
-    } else {
-        Return::Echo {
-            range_m: metres,
-            sigma_m,
-        }
-    })
+        });
+    }
+    Some(measured_m(1e-3 * mm, range_m, sigma_m))
 }

@@ -9,10 +9,14 @@ mod error;
 mod fields;
 mod kcma;
 mod lines;
+mod nano_swarm;
+mod pose_source;
 
 pub use amiro::Amiro;
 pub use error::{DatasetError, RefusedRow, RefusedRows};
 pub use kcma::Kcma;
+pub use nano_swarm::NanoSwarm;
+pub use pose_source::{PoseSource, UnknownPoseSource};
 
 use std::path::Path;
 
@@ -22,17 +26,7 @@ use crate::drive::{Keyframes, Record, RingCalibration};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
-pub const DATASETS: [&dyn Dataset; 2] = [&Kcma, &Amiro];
-
-/// Which poses a drive is read with, where a recording carries several.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PoseSource {
-    /// Those of the robot's odometry.
-    #[default]
-    Odometry,
-    /// Those that were matched to the recording afterwards.
-    Matched,
-}
+pub const DATASETS: [&dyn Dataset; 3] = [&Kcma, &NanoSwarm, &Amiro];
 
 /// A drive to be read.
 #[derive(Clone, Copy, Debug)]

@@ -6,9 +6,10 @@ use core::str::FromStr;
 use amiro_ipf::filter::{Profile, SegmentParameters};
 
 use super::{
-    AllFreeMapper, CountingMapper, FootprintMapper, InverseSensorMapper, InverseSensorParameters,
-    Mapper, NoEcho, SegmentMapper, WallMapParameters, WallMapper,
+    AllFreeMapper, BeamForm, BeamMapper, CountingMapper, FootprintMapper, InverseSensorMapper,
+    InverseSensorParameters, Mapper, NoEcho, SegmentMapper, WallMapParameters, WallMapper,
 };
+use crate::drive::Keyframes;
 use crate::geometry::Rectangle;
 use crate::rig::Rig;
 
@@ -25,6 +26,9 @@ pub struct Method {
     /// Whether it fits the signals of infrared sensors by the law of extended surfaces: it
     /// needs such sensors, and the gain of that law.
     pub fits_signals: bool,
+    /// Whether it takes the beams of range sensors, or the axes of cones as beams, and at
+    /// every pose of a drive, not at keyframes.
+    pub takes_beams: bool,
     /// Makes its mapper, with an empty map.
     pub build: fn(&Setup<'_>) -> Box<dyn Mapper>,
 }
@@ -65,7 +69,8 @@ const LOBES: &str = "Thrun, Burgard and Fox 2005, table 4.2, over the lobes of p
 const RANGES: &str = "Thrun, Burgard and Fox 2005, table 4.2";
 const SEGMENTS: &str = "this project: wall segments fitted to the law of walls";
 const DECAY: &str = "Carvalho and Ventura 2013, section II";
-
+const BEAMS: &str = "Kleppe and Skavhaug 2013, with resampling for a robot that moves";
+const BEAMS_PAPER: &str = "Kleppe and Skavhaug 2013, algorithm 2";
 const WALLS: &str = "this project: walls with ends under Lambert's law, mapping/wall_map";
 
 const STANDARD: InverseSensorParameters = InverseSensorParameters::STANDARD;
@@ -139,13 +144,23 @@ impl Method {
             ))
         })
     };
+    /// The inverted particle filter for range beams, for a robot that moves.
+    pub const KLEPPE: Self = Self {
+        takes_beams: true,
+        ..Self::new("kleppe", BEAMS, |s| beams(s, BeamForm::Moving))
+    };
+    /// The same with the resampling and re-entry of its paper.
+    pub const KLEPPE_PAPER: Self = Self {
+        takes_beams: true,
+        ..Self::new("kleppe-paper", BEAMS_PAPER, |s| beams(s, BeamForm::Paper))
+    };
     /// No method: every cell of a rectangle is free, for any measurement.
     pub const ALL_FREE: Self = Self::new("all-free", "the row to compare scores with", |s| {
         Box::new(AllFreeMapper::new(s.cell_m, s.extent.as_ref()))
     });
 
     /// Every method.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::PAPER,
         Self::PLUS,
         Self::ARCS,
@@ -160,6 +175,8 @@ impl Method {
         Self::ISM_DECAY,
         Self::WALL_MAP,
         Self::SEGMENTS,
+        Self::KLEPPE,
+        Self::KLEPPE_PAPER,
         Self::ALL_FREE,
     ];
 
@@ -173,6 +190,7 @@ impl Method {
             source,
             profile: None,
             fits_signals: false,
+            takes_beams: false,
             build,
         }
     }
@@ -183,7 +201,18 @@ impl Method {
             source,
             profile: Some(profile),
             fits_signals: false,
+            takes_beams: false,
             build: |setup| Box::new(CountingMapper::new(setup.cell_m)),
+        }
+    }
+
+    /// The keyframes of a drive whose format usually has those given.
+    #[must_use]
+    pub const fn keyframes(&self, usual: Keyframes) -> Keyframes {
+        if self.takes_beams {
+            Keyframes::new(0.0, 0.0)
+        } else {
+            usual
         }
     }
 
@@ -203,6 +232,10 @@ fn ism(setup: &Setup<'_>, parameters: InverseSensorParameters) -> Box<dyn Mapper
         setup.rig,
         parameters,
     ))
+}
+
+fn beams(setup: &Setup<'_>, form: BeamForm) -> Box<dyn Mapper> {
+    Box::new(BeamMapper::new(setup.cell_m, setup.rig, form))
 }
 
 /// Methods are equal if they have the same name.

@@ -5,6 +5,7 @@
 //! a [`Calculus`] holds the evidence of a cell and gives the [`Belief`] that follows.
 
 mod all_free;
+mod beam_particles;
 mod belief;
 mod calculus;
 mod counting;
@@ -17,6 +18,7 @@ mod methods;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
+pub use beam_particles::{BeamForm, BeamMapper};
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
 pub use counting::CountingMapper;

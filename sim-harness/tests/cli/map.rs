@@ -146,7 +146,7 @@ fn what_is_missing_is_named_with_what_was_looked_for() {
     fs::remove_file(Path::new(&drive).join("measurement.txt")).unwrap();
     for words in [
         "drive: of no known format; looked for",
-        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a file with frames of the link or AMiRo's text (amiro)",
+        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a folder with scans.csv, and vicon_poses.csv or poses.csv (nano_swarm); or a file with frames of the link or AMiRo's text (amiro)",
     ] {
         folder.refuses(&drive, KCMA, &[], words);
     }
@@ -300,4 +300,60 @@ fn a_method_that_works_at_the_end_shows_its_progress_on_a_terminal_only() {
         "{shown}"
     );
     assert!(!shown.contains("searched"), "{shown}");
+}
+
+#[test]
+fn kleppe_maps_sonar_axes_at_every_pose_and_refuses_an_amiro() {
+    let folder = Folder::new("kleppe");
+    let drive = folder.drive(|_, text| text.split_inclusive('\n').take(60).collect());
+    let (code, shown) = folder.map(&drive, KCMA, &["--method", "kleppe"]);
+    assert_eq!(code, Some(0), "{shown}");
+    let words = "needs scanners or cones: rig amiro has only infrared sensors";
+    folder.refuses(
+        &drive,
+        "rigs/amiro.toml",
+        &["--method", "kleppe-paper"],
+        words,
+    );
+}
+
+#[test]
+fn odometry_needs_matched_poses_and_names_its_simulated_compass() {
+    let folder = Folder::new("odometry");
+    let drive = folder.drive(|_, text| text);
+    let rig = path(KCMA);
+    let json = folder.0.path().join("odometry.json");
+    let run = |drive: &str| {
+        let output = ipf(&["odometry", drive, "--rig", &rig, "--json"], &json);
+        let both = [output.stdout.as_slice(), &output.stderr].concat();
+        (output.status.code(), String::from_utf8(both).unwrap())
+    };
+    let (code, shown) = run(&drive);
+    assert_eq!(code, Some(2), "{shown}");
+    assert!(
+        shown.contains("the recording has no matched poses"),
+        "{shown}"
+    );
+    assert!(!json.exists());
+    let poses = fs::read_to_string(Path::new(&drive).join("poses.txt")).unwrap();
+    let rows = poses.lines().map(|row| {
+        let row: Vec<f64> = row
+            .split_whitespace()
+            .map(|it| it.parse().unwrap())
+            .collect();
+        (row[0], row[1], row[2], row[3])
+    });
+    let rows: Vec<_> = rows.collect();
+    let matched = rows.iter().map(|(t, x, y, tenths)| {
+        let heading = (0.1 * tenths).to_radians();
+        let since = 1e-3 * (t - rows[0].0);
+        format!("{since},{},{},{heading}\n", 1e-3 * x, 1e-3 * y)
+    });
+    let matched = "t,x,y,h\n".to_owned() + &matched.collect::<String>();
+    fs::write(Path::new(&drive).join("matched_poses.csv"), matched).unwrap();
+    let (code, shown) = run(&drive);
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains("The compass is SIMULATED"), "{shown}");
+    let figures = fs::read_to_string(&json).unwrap();
+    assert!(figures.contains("\"simulated\": true"), "{figures}");
 }

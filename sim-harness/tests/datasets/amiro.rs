@@ -360,5 +360,5 @@ fn the_bytes_are_reported_over_both_passes() {
         ..drive
     };
     let error = Amiro.read(&matched, &mut |_, _| {}, &mut |_| {});
-    assert!(matches!(error, Err(DatasetError::NoMatchedPoses { .. })));
+    assert!(matches!(error, Err(DatasetError::NoSuchPoses { .. })));
 }

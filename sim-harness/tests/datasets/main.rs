@@ -8,5 +8,6 @@ mod datasets;
 mod joined_recordings;
 #[cfg(target_os = "linux")]
 mod memory;
+mod nano_swarm;
 mod recordings;
 mod stamps;

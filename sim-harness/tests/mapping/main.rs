@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod beam_particles;
 mod drive_by;
 mod recorded_drives;
 mod recorded_walls;
