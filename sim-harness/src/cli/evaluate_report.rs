@@ -78,7 +78,7 @@ pub(super) fn not_reproduced(trials: &[Trial]) {
         }
     }
     console::print(
-        "Not judged: real blocks and sensors; the world here obeys the filter's own law.",
+        "Not judged: real blocks and sensors; worlds and methods share their laws of the sensor.",
     );
     console::print("");
 }
