@@ -18,6 +18,6 @@ pub const INPUT_ROOM: usize = CAPACITY.div_ceil(crate::node::BATCH) + RESERVE;
 
 /// Places of the queue of readings, poses and health reports to `run`; one stays empty.
 /// 125 readings, 16 poses and 8 reports per second are 19 in the longest step.
-pub const REPORT_QUEUE: usize = 32;
+pub const REPORT_QUEUE: usize = 24;
 
 const _: () = assert!(INPUT_ROOM < SEND_QUEUE);

@@ -7,13 +7,20 @@ use crate::math;
 
 impl<const N: usize> Node<'_, N> {
     /// Steps the filter and emits the events of the step.
+    #[inline]
+    pub(super) fn step(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
+        if self.model.has_upper_bounds() {
+            self.step_on_walls(step, emit);
+        } else {
+            self.step_on_points(step, emit);
+        }
+    }
+
+    /// The step of the profiles `paper` and `plus`.
     ///
     /// Not inlined into the image's task, which would cost 0.3 million instructions per step.
     #[inline(never)]
-    pub(super) fn step(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
-        if self.model.has_upper_bounds() {
-            return self.step_on_walls(step, emit);
-        }
+    fn step_on_points(&mut self, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let index = self.status.steps;
         let readings = self.config.readings(&step.samples);
         emit(&step_begun(index, step));
