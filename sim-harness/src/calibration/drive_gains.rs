@@ -112,7 +112,7 @@ impl DriveGains {
     }
 
     /// What a file says: alpha and gains, those to begin with where the drives determine
-    /// none.
+    /// none, with an infinite deviation.
     #[must_use]
     pub fn file(&self) -> GainFile {
         let alpha_counts_m2 = if self.ring.is_common_determined() {
@@ -122,7 +122,11 @@ impl DriveGains {
         };
         let mut file = GainFile {
             alpha_counts_m2,
-            alpha_sigma_counts_m2: alpha_counts_m2 * self.ring.common.sigma,
+            alpha_sigma_counts_m2: if self.ring.is_common_determined() {
+                alpha_counts_m2 * self.ring.common.sigma
+            } else {
+                f64::INFINITY
+            },
             gains: [1.0; SENSORS],
             gain_sigmas: [f64::INFINITY; SENSORS],
             sources: self.sources.clone(),
@@ -130,8 +134,8 @@ impl DriveGains {
         let slots = file.gains.iter_mut().zip(&mut file.gain_sigmas);
         let found = self.ring.mounts.iter().zip(&self.ring.is_determined);
         for ((gain, sigma), (found, is_determined)) in slots.zip(found) {
-            *sigma = found.sigma;
             if *is_determined {
+                *sigma = found.sigma;
                 *gain = found.ratio;
             }
         }
@@ -203,6 +207,10 @@ impl fmt::Display for DriveGains {
             self.sources.len(),
             ring.walls.iter().sum::<usize>(),
             ring.chi2_per_reading,
+        )?;
+        writeln!(
+            f,
+            "by the law of extended surfaces: walls, not small objects"
         )?;
         let (alpha, sigma) = (self.alpha_counts_m2(), ring.common.sigma);
         write!(f, "alpha     {alpha:.4} +- {:.4} counts m^2", alpha * sigma)?;

@@ -232,7 +232,8 @@ mod tests {
     #[test]
     fn without_an_error_the_wheels_end_where_the_robot_does() {
         let drive = drive(&NONE);
-        assert!(drive.ends(&NONE).unwrap().wheels_m < 1e-3);
+        // Chords are shorter than arcs, by up to 1.5e-4 of 30 m here.
+        assert!(drive.ends(&NONE).unwrap().wheels_m < 0.01);
         assert!((drive.period_s() - 0.2).abs() < 1e-9);
     }
 

@@ -1,5 +1,6 @@
 //! `cargo ipf calibrate --from-drive`: gains of the sensors from recorded drives.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use amiro_ipf::model::{SENSORS, SensorMask};
@@ -50,8 +51,21 @@ impl DriveCalibration {
         !self.from_drive.is_empty()
     }
 
+    /// A drive that is given twice would count twice.
+    fn refuse_repeated(&self) -> Result<(), String> {
+        let mut seen = BTreeSet::new();
+        for file in &self.from_drive {
+            let same = file.canonicalize().unwrap_or_else(|_| file.clone());
+            if !seen.insert(same) {
+                return Err(format!("--from-drive: {} is named twice", file.display()));
+            }
+        }
+        Ok(())
+    }
+
     /// Runs the command; `out` is the file for the gains.
     pub(super) fn run(&self, out: Option<&Path>) -> CommandResult {
+        self.refuse_repeated()?;
         if let Some(out) = out {
             arguments::check_file("--out", out)?;
             let inputs: Vec<&Path> = self.from_drive.iter().map(PathBuf::as_path).collect();

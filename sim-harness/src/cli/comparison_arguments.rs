@@ -57,7 +57,7 @@ pub(super) struct ComparisonArguments {
     /// Alpha and gains of the sensors in filters and methods, as `calibrate --from-drive`
     /// writes them; --alpha and --calibrate win over its alpha.
     #[arg(long, value_name = "FILE")]
-    gains: Option<PathBuf>,
+    pub(super) gains: Option<PathBuf>,
     /// Use the gain of a block's long side at 100 mm under the chosen physics.
     #[arg(long)]
     calibrate: bool,

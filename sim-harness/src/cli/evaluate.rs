@@ -46,8 +46,9 @@ impl Evaluate {
         }
         if let Some(json) = out {
             arguments::check_file("--json", json)?;
-            let scenarios: Vec<_> = self.compared.scenario.iter().map(Path::new).collect();
-            output::check(&[json.to_owned()], &scenarios)?;
+            let scenarios = self.compared.scenario.iter().map(Path::new);
+            let read: Vec<_> = scenarios.chain(self.compared.gains.as_deref()).collect();
+            output::check(&[json.to_owned()], &read)?;
         }
         let begun = Instant::now();
         let comparison = self.compared.comparison()?;

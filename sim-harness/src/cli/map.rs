@@ -80,7 +80,8 @@ impl MapCommand {
         }
         let dataset = recognise(&self.drive)?;
         let outputs = DRIVE_FILES.map(|name| self.out.join(name));
-        output::check(&outputs, &[&self.rig, &self.drive])?;
+        let inputs = [&self.rig, &self.drive].into_iter().chain(&self.gains);
+        output::check(&outputs, &inputs.map(PathBuf::as_path).collect::<Vec<_>>())?;
         let usual = dataset.usual();
         let cell_m = 1e-3 * f64::from(self.cell_mm.unwrap_or(usual.cell_mm));
         let mut mapper = method.mapper(&Setup {

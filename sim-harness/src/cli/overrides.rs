@@ -1,6 +1,6 @@
 //! The settings of a run that the command line may override.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use amiro_ipf::filter::{ParameterError, Profile};
 use amiro_ipf::model::{SENSORS, SensorMask};
@@ -63,6 +63,11 @@ pub(super) struct Overrides {
 }
 
 impl Overrides {
+    /// The file of --gains.
+    pub(super) fn gains(&self) -> Option<&Path> {
+        self.gains.as_deref()
+    }
+
     /// Whether nothing is overridden.
     pub(super) fn are_default(&self) -> bool {
         self.profile.is_none()

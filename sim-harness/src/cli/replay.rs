@@ -62,7 +62,8 @@ impl Replay {
         let outputs = RUN_FILES.iter().chain(&WALL_FILES);
         let outputs: Vec<_> = outputs.map(|name| self.out.join(name)).collect();
         let image = self.target.image.iter().map(PathBuf::as_path);
-        let inputs: Vec<_> = image.chain([self.file.as_path()]).collect();
+        let read = image.chain(self.overrides.gains());
+        let inputs: Vec<_> = read.chain([self.file.as_path()]).collect();
         output::check(&outputs, &inputs)?;
         let mut recording = self.open()?;
         let overview = recording.overview().clone();

@@ -12,6 +12,25 @@ use crate::output::{self, WriteError};
 /// The files of the wall segments; a run without walls messages has none.
 pub const WALL_FILES: [&str; 2] = ["walls.csv", "walls.json"];
 
+/// The columns of `walls.csv`.
+const COLUMNS: [&str; 15] = [
+    "id",
+    "fate",
+    "x0_m",
+    "y0_m",
+    "x1_m",
+    "y1_m",
+    "sigma_along_0_m",
+    "sigma_across_0_m",
+    "sigma_along_1_m",
+    "sigma_across_1_m",
+    "evidence",
+    "first_step",
+    "first_stamp_us",
+    "last_step",
+    "last_stamp_us",
+];
+
 /// A row of `walls.csv`, and the properties of a line in `walls.json`. Metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct WallRow {
@@ -47,7 +66,10 @@ pub fn save_walls(walls: &KnownWalls, folder: &Path) -> Result<(), WriteError> {
         return output::remove(&json);
     }
     output::write_with(&csv, |file| {
-        let mut table = csv::Writer::from_writer(file);
+        let mut table = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(file);
+        table.write_record(COLUMNS).map_err(io::Error::other)?;
         for wall in walls.all() {
             table.serialize(row(wall)).map_err(io::Error::other)?;
         }
