@@ -67,7 +67,7 @@ impl SegmentModel {
     }
 }
 
-/// Tracks wall segments from step to step; see the [module](super).
+/// Tracks wall segments from step to step (`src/filter/segments/mod.rs` has the equations).
 ///
 /// 2 kB. The same steps give the same segments, bit for bit, on all machines.
 #[derive(Clone, Debug)]
