@@ -129,35 +129,14 @@ impl<'f> SegmentFit<'f> {
                 birth.pause -= 1;
                 None
             }
-            BirthStage::Rank if has_room(segments) => {
-                if let Some((placed, missing)) = self.unexplained(segments) {
-                    let readings = self.explained(segments, RANK_STRIDE);
-                    let ranked = self.rank(&readings, &placed, missing);
-                    birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
-                    birth.stage = BirthStage::Fit;
+            BirthStage::Rank => {
+                if has_room(segments) {
+                    self.rank_candidates(birth, segments);
                 }
                 None
             }
-            BirthStage::Rank => None,
             BirthStage::Fit => {
-                let readings = self.explained(segments, 1);
-                let mut best: Option<(f32, Wall)> = None;
-                for wall in &birth.candidates {
-                    let mut new = [WallSegment::new(birth.next_id, *wall)];
-                    let change = self.fit_alone(&readings, segments, &mut new, system);
-                    if best.is_none_or(|(least, _)| change < least) {
-                        let [new] = new;
-                        best = Some((change, new.ends));
-                    }
-                }
-                let least = -LEAST_SHARE * self.model.parameters.birth_gain;
-                birth.abandon();
-                if let Some((change, wall)) = best
-                    && change < least
-                {
-                    let _ = birth.candidates.push(wall);
-                    birth.stage = BirthStage::Join;
-                }
+                self.fit_candidates(birth, segments, system);
                 None
             }
             BirthStage::Join => {
@@ -171,6 +150,40 @@ impl<'f> SegmentFit<'f> {
                 birth.next_id = birth.next_id.wrapping_add(1);
                 evicted
             }
+        }
+    }
+
+    /// The first part of a birth. Apart from the others, which need the stack.
+    #[inline(never)]
+    fn rank_candidates(&self, birth: &mut Birth, segments: &[WallSegment]) {
+        if let Some((placed, missing)) = self.unexplained(segments) {
+            let readings = self.explained(segments, RANK_STRIDE);
+            let ranked = self.rank(&readings, &placed, missing);
+            birth.candidates = ranked.into_iter().flatten().map(|it| it.1).collect();
+            birth.stage = BirthStage::Fit;
+        }
+    }
+
+    /// The second part of a birth.
+    #[inline(never)]
+    fn fit_candidates(&self, birth: &mut Birth, segments: &[WallSegment], system: &mut System) {
+        let readings = self.explained(segments, 1);
+        let mut best: Option<(f32, Wall)> = None;
+        for wall in &birth.candidates {
+            let mut new = [WallSegment::new(birth.next_id, *wall)];
+            let change = self.fit_alone(&readings, segments, &mut new, system);
+            if best.is_none_or(|(least, _)| change < least) {
+                let [new] = new;
+                best = Some((change, new.ends));
+            }
+        }
+        let least = -LEAST_SHARE * self.model.parameters.birth_gain;
+        birth.abandon();
+        if let Some((change, wall)) = best
+            && change < least
+        {
+            let _ = birth.candidates.push(wall);
+            birth.stage = BirthStage::Join;
         }
     }
 
