@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What the unit tests of a file begin with.
-const TESTS: &str = "\n#[cfg(test)]\nmod tests";
+const TESTS: &str = "\n#[cfg(test)]\nmod tests {";
 
 /// All code of the workspace that is no test.
 const PLACES: [&str; 3] = ["src", "sim-harness/src", "drivers"];

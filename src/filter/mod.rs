@@ -31,7 +31,7 @@ pub use parameters::{FilterParameters, NothingDraw, ParameterError, Profile, Sur
 pub use particles::ParticleSet;
 pub use segments::{
     EndSigma, MAX_SEGMENTS, MAX_WINDOW, SegmentModel, SegmentParameters, SegmentTracker,
-    WallSegment,
+    TrackedSegment,
 };
 pub use step::InverseParticleFilter;
 pub use tally::Tally;

@@ -5,7 +5,8 @@ use super::resample::Resampler;
 use super::tally::Tally;
 use super::wall_scan::WallScan;
 use super::{
-    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentParameters, SegmentTracker, WallSegment,
+    Model, Outcome, ParticleSet, Scan, SegmentModel, SegmentParameters, SegmentTracker,
+    TrackedSegment,
 };
 use crate::checksum::Digest;
 use crate::geometry::{Motion, Point};
@@ -81,7 +82,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
 
     /// The wall segments; none but in the profile `wall`.
     #[must_use]
-    pub fn segments(&self) -> &[WallSegment] {
+    pub fn segments(&self) -> &[TrackedSegment] {
         self.particles.tracker.segments()
     }
 
@@ -103,7 +104,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         model: &Model,
         motion: &Motion,
         samples: &[Sample; SENSORS],
-        retired: &mut impl FnMut(&WallSegment),
+        retired: &mut impl FnMut(&TrackedSegment),
     ) {
         if let Some(parameters) = model.walls.and_then(|walls| walls.segments) {
             let ParticleSet {

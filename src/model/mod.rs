@@ -3,7 +3,7 @@
 //! [`Ring`] is the geometry of the sensors, [`Sample`] is what one of them delivers,
 //! [`Photometry`] is the law between counts and range (paper equation 5), [`Reading`]
 //! is a sample interpreted by that law, [`Gain`] is that of one sensor of the ring.
-//! [`WallLaw`] is the law of walls, which fill the lobe. [`DifferentialDrive`] and
+//! [`TabulatedWallLaw`] is the law of walls, which fill the lobe. [`DifferentialDrive`] and
 //! [`InverseMotion`] are the kinematics of section 4.4.
 
 mod beam_pattern;
@@ -24,4 +24,4 @@ pub use reading::{Reading, Sample};
 pub use ring::{Mount, Ring, SENSORS, SensorMask};
 #[cfg(test)]
 pub(crate) use wall_law::evaluations;
-pub use wall_law::{MAX_WALLS, Wall, WallLaw, WallReturn};
+pub use wall_law::{MAX_WALLS, TabulatedWallLaw, Wall, WallReturn};

@@ -53,7 +53,7 @@ pub type Wall = [Point; 2];
 ///
 /// 1.1 kB. Built once per run with about 70 000 instructions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WallLaw {
+pub struct TabulatedWallLaw {
     /// I0 to I3 at equally spaced tan(t / 2), from the axis outward.
     table: [[f32; 4]; PIECES + 1],
     pieces_per_tangent: f32,
@@ -73,7 +73,7 @@ pub struct WallReturn {
     pub gradient: [[Point; 2]; MAX_WALLS],
 }
 
-impl WallLaw {
+impl TabulatedWallLaw {
     /// Tabulates the law of `photometry`.
     ///
     /// Error of [`signal`](Self::signal): at most 4e-4 of the return of an endless wall

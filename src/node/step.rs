@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::{Event, Node, Obstacle, StepBegun, StepDone, StepInput, Walls};
-use crate::filter::{Tally, WallSegment};
+use crate::filter::{Tally, TrackedSegment};
 use crate::math;
 
 impl<const N: usize> Node<'_, N> {
@@ -61,7 +61,7 @@ impl<const N: usize> Node<'_, N> {
     fn track_walls(&mut self, index: u32, step: &StepInput, emit: &mut impl FnMut(&Event)) {
         let mut walls = Walls::new(index);
         let samples = self.config.samples_at_gain_one(&step.samples);
-        let mut left = |segment: &WallSegment| walls.leave(segment);
+        let mut left = |segment: &TrackedSegment| walls.leave(segment);
         self.filter
             .track(&self.model, &step.motion, &samples, &mut left);
         walls.track(self.filter.tracker(), &step.pose);

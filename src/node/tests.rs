@@ -370,7 +370,7 @@ fn the_profile_wall_has_segments_beside_a_wall_and_their_state_is_in_the_digest(
         particles_per_sensor: 100,
         ..Config::amiro(Profile::Wall)
     };
-    let law = crate::model::WallLaw::of(&config.photometry);
+    let law = crate::model::TabulatedWallLaw::of(&config.photometry);
     let drive = |node: &mut Node<'_, 800>| {
         let mut digests = Vec::new();
         node.handle(&Input::Configure(config), &mut |_| {}).unwrap();

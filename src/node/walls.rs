@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::filter::{MAX_SEGMENTS, SegmentTracker, WallSegment};
+use crate::filter::{MAX_SEGMENTS, SegmentTracker, TrackedSegment};
 use crate::geometry::{Point, Pose};
 use crate::math;
 
@@ -62,7 +62,7 @@ impl Walls {
     }
 
     /// Adds a segment that was left behind.
-    pub(super) fn leave(&mut self, segment: &WallSegment) {
+    pub(super) fn leave(&mut self, segment: &TrackedSegment) {
         let _ = self.left.push(segment.id());
     }
 
@@ -139,7 +139,7 @@ impl Walls {
 }
 
 impl TrackedWall {
-    fn new(segment: &WallSegment, ends: [[i16; 2]; 2]) -> Self {
+    fn new(segment: &TrackedSegment, ends: [[i16; 2]; 2]) -> Self {
         let sigmas = segment.end_sigmas();
         Self {
             id: segment.id(),

@@ -167,7 +167,7 @@ mod tests {
     use super::*;
     use crate::world::{Scenario, Vector};
     use amiro_ipf::geometry::Point;
-    use amiro_ipf::model::{Wall, WallLaw};
+    use amiro_ipf::model::{TabulatedWallLaw, Wall};
 
     const LAW: Photometry = Photometry::VCNL4020;
 
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn patch_is_the_law_of_walls_with_ends() {
-        let law = WallLaw::of(&LAW);
+        let law = TabulatedWallLaw::of(&LAW);
         // Faces that look at the sensor, from right to left; the last hides the others.
         let mut faces: Vec<[f64; 4]> = Vec::new();
         for face in [

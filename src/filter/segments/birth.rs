@@ -14,9 +14,9 @@
 
 use heapless::Vec;
 
-use super::fit::{SegmentFit, WallSegments, seen, slope};
+use super::fit::{SegmentFit, TrackedSegments, seen, slope};
 use super::linear::{COORDINATES, Slope, System};
-use super::segment::WallSegment;
+use super::segment::TrackedSegment;
 use super::tracker::SHORT_MOTION_M;
 use super::window::{LogReading, Placed, StepReadings, huber};
 use super::{MAX_SEGMENTS, MAX_WINDOW};
@@ -121,9 +121,9 @@ impl<'f> SegmentFit<'f> {
     pub(super) fn advance_birth(
         &self,
         birth: &mut Birth,
-        segments: &mut WallSegments,
+        segments: &mut TrackedSegments,
         system: &mut System,
-    ) -> Option<WallSegment> {
+    ) -> Option<TrackedSegment> {
         match birth.stage {
             BirthStage::Rank if birth.pause > 0 => {
                 birth.pause -= 1;
@@ -155,7 +155,7 @@ impl<'f> SegmentFit<'f> {
 
     /// The first part of a birth. Apart from the others, which need the stack.
     #[inline(never)]
-    fn rank_candidates(&self, birth: &mut Birth, segments: &[WallSegment]) {
+    fn rank_candidates(&self, birth: &mut Birth, segments: &[TrackedSegment]) {
         if let Some((placed, missing)) = self.unexplained(segments) {
             let readings = self.explained(segments, RANK_STRIDE);
             let ranked = self.rank(&readings, &placed, missing);
@@ -166,11 +166,11 @@ impl<'f> SegmentFit<'f> {
 
     /// The second part of a birth.
     #[inline(never)]
-    fn fit_candidates(&self, birth: &mut Birth, segments: &[WallSegment], system: &mut System) {
+    fn fit_candidates(&self, birth: &mut Birth, segments: &[TrackedSegment], system: &mut System) {
         let readings = self.explained(segments, 1);
         let mut best: Option<(f32, Wall)> = None;
         for wall in &birth.candidates {
-            let mut new = [WallSegment::new(birth.next_id, *wall)];
+            let mut new = [TrackedSegment::new(birth.next_id, *wall)];
             let change = self.fit_alone(&readings, segments, &mut new, system);
             if best.is_none_or(|(least, _)| change < least) {
                 let [new] = new;
@@ -190,7 +190,7 @@ impl<'f> SegmentFit<'f> {
     /// The readings of every so many steps of the window, with what the segments return
     /// there.
     #[inline(never)]
-    fn explained(&self, segments: &[WallSegment], stride: usize) -> ExplainedReadings<'f> {
+    fn explained(&self, segments: &[TrackedSegment], stride: usize) -> ExplainedReadings<'f> {
         let parameters = &self.model.parameters;
         let mut readings = Vec::new();
         let rows: &'f [StepReadings] = self.rows;
@@ -216,7 +216,7 @@ impl<'f> SegmentFit<'f> {
     /// The sensor with the most unexplained chi^2 over the last steps, where it is now,
     /// and its missing signal.
     #[inline(never)]
-    fn unexplained(&self, segments: &[WallSegment]) -> Option<(Placed, f32)> {
+    fn unexplained(&self, segments: &[TrackedSegment]) -> Option<(Placed, f32)> {
         let parameters = &self.model.parameters;
         let newest = self.rows.last()?;
         let steps = usize::from(parameters.unexplained_steps);
@@ -252,8 +252,8 @@ impl<'f> SegmentFit<'f> {
     fn fit_alone(
         &self,
         readings: &ExplainedReadings<'_>,
-        others: &[WallSegment],
-        new: &mut [WallSegment; 1],
+        others: &[TrackedSegment],
+        new: &mut [TrackedSegment; 1],
         system: &mut System,
     ) -> f32 {
         self.descend(new, ALONE_ITERATIONS, system, &mut |new, system| {
@@ -269,8 +269,8 @@ impl<'f> SegmentFit<'f> {
     fn assemble_alone(
         &self,
         readings: &ExplainedReadings<'_>,
-        others: &[WallSegment],
-        new: &WallSegment,
+        others: &[TrackedSegment],
+        new: &TrackedSegment,
         system: &mut System,
     ) -> f32 {
         let parameters = &self.model.parameters;
@@ -306,14 +306,14 @@ impl<'f> SegmentFit<'f> {
         &self,
         id: u16,
         wall: &Wall,
-        segments: &mut WallSegments,
+        segments: &mut TrackedSegments,
         system: &mut System,
-    ) -> Option<Option<WallSegment>> {
+    ) -> Option<Option<TrackedSegment>> {
         let parameters = &self.model.parameters;
         let before = self.cost(segments);
         let mut with = segments.clone();
         let evicted = make_room(&mut with);
-        with.push(WallSegment::new(id, *wall)).ok()?;
+        with.push(TrackedSegment::new(id, *wall)).ok()?;
         let after = self.refine(&mut with, parameters.birth_iterations, system);
         (before - after > parameters.birth_gain).then(|| {
             *segments = with;
@@ -323,12 +323,12 @@ impl<'f> SegmentFit<'f> {
 }
 
 /// Whether there is a place for a new segment, or one that is frozen and could make room.
-fn has_room(segments: &WallSegments) -> bool {
+fn has_room(segments: &TrackedSegments) -> bool {
     segments.len() < MAX_SEGMENTS || segments.iter().any(|segment| segment.is_frozen)
 }
 
 /// Takes out the frozen segment with the least evidence if there is no place for another.
-fn make_room(segments: &mut WallSegments) -> Option<WallSegment> {
+fn make_room(segments: &mut TrackedSegments) -> Option<TrackedSegment> {
     if segments.len() < MAX_SEGMENTS {
         return None;
     }
@@ -339,7 +339,7 @@ fn make_room(segments: &mut WallSegments) -> Option<WallSegment> {
 
 /// Takes a segment out; the order of the others stays.
 #[inline(never)]
-pub(super) fn take(segments: &mut WallSegments, index: usize) -> Option<WallSegment> {
+pub(super) fn take(segments: &mut TrackedSegments, index: usize) -> Option<TrackedSegment> {
     let taken = segments.get(index).copied();
     let mut place = 0;
     segments.retain(|_| {

@@ -4,14 +4,14 @@ use heapless::Vec;
 use nalgebra::Matrix4;
 
 use super::linear::{COORDINATES, MAX_UNKNOWNS, Slope, System};
-use super::segment::{Prior, WallSegment};
+use super::segment::{Prior, TrackedSegment};
 use super::window::{LogReading, Placed, StepReadings, huber};
 use super::{MAX_SEGMENTS, SegmentModel};
 use crate::geometry::Point;
 use crate::model::{Wall, WallReturn};
 
 /// With a length of one byte: the state has the same size on every machine.
-pub(super) type WallSegments = Vec<WallSegment, MAX_SEGMENTS, u8>;
+pub(super) type TrackedSegments = Vec<TrackedSegment, MAX_SEGMENTS, u8>;
 
 /// Damping of the first iteration (Marquardt's lambda), and its factors after an
 /// iteration that lowered the cost and one that did not.
@@ -36,7 +36,7 @@ pub(super) struct SegmentFit<'f> {
 #[inline(never)]
 pub(super) fn seen(
     placed: &Placed,
-    segments: &[WallSegment],
+    segments: &[TrackedSegment],
     without: Option<usize>,
 ) -> Vec<Wall, MAX_SEGMENTS> {
     let mut walls = Vec::new();
@@ -53,7 +53,7 @@ pub(super) fn seen(
 #[inline(never)]
 pub(super) fn slopes(
     placed: &Placed,
-    segments: &[WallSegment],
+    segments: &[TrackedSegment],
     seen: &WallReturn,
     factor: f32,
 ) -> Vec<Slope, MAX_SEGMENTS> {
@@ -75,7 +75,7 @@ pub(super) fn slopes(
 /// The derivatives for one segment.
 pub(super) fn slope(
     placed: &Placed,
-    segment: &WallSegment,
+    segment: &TrackedSegment,
     gradient: &[Point; 2],
     factor: f32,
 ) -> [f32; COORDINATES] {
@@ -100,7 +100,7 @@ impl<'f> SegmentFit<'f> {
 
     /// Cost of the readings, with all segments or without one.
     #[inline(never)]
-    pub(super) fn readings_cost(&self, segments: &[WallSegment], without: Option<usize>) -> f32 {
+    pub(super) fn readings_cost(&self, segments: &[TrackedSegment], without: Option<usize>) -> f32 {
         let parameters = &self.model.parameters;
         self.readings().fold(0.0, |sum, (placed, measured)| {
             let signal = self.model.law.signal(&seen(&placed, segments, without));
@@ -109,7 +109,7 @@ impl<'f> SegmentFit<'f> {
     }
 
     /// Cost of the readings and the priors.
-    pub(super) fn cost(&self, segments: &[WallSegment]) -> f32 {
+    pub(super) fn cost(&self, segments: &[TrackedSegment]) -> f32 {
         let priors = segments.iter().filter(|segment| !segment.is_frozen);
         let priors = priors.map(|segment| segment.prior_cost(&self.model.parameters));
         self.readings_cost(segments, None) + priors.fold(0.0, |sum, cost| sum + cost)
@@ -117,7 +117,7 @@ impl<'f> SegmentFit<'f> {
 
     /// The normal equations at the segments, and their cost with the priors.
     #[inline(never)]
-    pub(super) fn assemble(&self, segments: &[WallSegment], system: &mut System) -> f32 {
+    pub(super) fn assemble(&self, segments: &[TrackedSegment], system: &mut System) -> f32 {
         let parameters = &self.model.parameters;
         let active = segments.iter().filter(|segment| !segment.is_frozen);
         system.clear(COORDINATES * active.clone().count());
@@ -143,7 +143,7 @@ impl<'f> SegmentFit<'f> {
 
     /// Adds what earlier readings and the expected length say about a segment.
     #[inline(never)]
-    pub(super) fn add_prior(&self, segment: &WallSegment, first: usize, system: &mut System) {
+    pub(super) fn add_prior(&self, segment: &TrackedSegment, first: usize, system: &mut System) {
         let Prior {
             information, pull, ..
         } = &segment.prior;
@@ -161,7 +161,7 @@ impl<'f> SegmentFit<'f> {
     /// first one. The equations are left as they are there.
     pub(super) fn refine(
         &self,
-        segments: &mut [WallSegment],
+        segments: &mut [TrackedSegment],
         iterations: u8,
         system: &mut System,
     ) -> f32 {
@@ -175,10 +175,10 @@ impl<'f> SegmentFit<'f> {
     #[inline(never)]
     pub(super) fn descend(
         &self,
-        segments: &mut [WallSegment],
+        segments: &mut [TrackedSegment],
         iterations: u8,
         system: &mut System,
-        assemble: &mut dyn FnMut(&[WallSegment], &mut System) -> f32,
+        assemble: &mut dyn FnMut(&[TrackedSegment], &mut System) -> f32,
     ) -> f32 {
         let mut cost = assemble(segments, system);
         if segments.iter().all(|segment| segment.is_frozen) {
@@ -217,14 +217,14 @@ impl<'f> SegmentFit<'f> {
     /// one evaluation of the readings. The equations are left as they were before it.
     ///
     /// For segments that were fitted a step ago and have barely moved since.
-    pub(super) fn follow(&self, segments: &mut [WallSegment], system: &mut System) {
+    pub(super) fn follow(&self, segments: &mut [TrackedSegment], system: &mut System) {
         let _ = self.assemble(segments, system);
         if let Some(step) = system.solve(FOLLOW_DAMPING) {
             self.apply(segments, &step);
         }
     }
 
-    fn apply(&self, segments: &mut [WallSegment], step: &[f32; MAX_UNKNOWNS]) {
+    fn apply(&self, segments: &mut [TrackedSegment], step: &[f32; MAX_UNKNOWNS]) {
         let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
         for (segment, step) in active.zip(step.chunks_exact(COORDINATES)) {
             segment.step(step, self.model.parameters.most_move_m);
@@ -235,7 +235,7 @@ impl<'f> SegmentFit<'f> {
 /// Sets the covariance of the ends of each segment, the others held, from the equations
 /// that a fit has left.
 #[inline(never)]
-pub(super) fn set_covariances(segments: &mut [WallSegment], system: &System) {
+pub(super) fn set_covariances(segments: &mut [TrackedSegment], system: &System) {
     let mut block = System::new();
     let active = segments.iter_mut().filter(|segment| !segment.is_frozen);
     for (index, segment) in active.enumerate() {
@@ -261,7 +261,7 @@ pub(super) fn set_covariances(segments: &mut [WallSegment], system: &System) {
     }
 }
 
-fn ends(segments: &[WallSegment]) -> [Wall; MAX_SEGMENTS] {
+fn ends(segments: &[TrackedSegment]) -> [Wall; MAX_SEGMENTS] {
     let mut ends = [[Point::default(); 2]; MAX_SEGMENTS];
     for (ends, segment) in ends.iter_mut().zip(segments) {
         *ends = segment.ends;

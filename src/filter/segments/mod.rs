@@ -3,7 +3,7 @@
 //! The particles take each reading by itself. A wall shows itself in several sensors and
 //! several steps at once: [`SegmentTracker`] keeps at most [`MAX_SEGMENTS`] straight
 //! segments g = (x0, y0, x1, y1) and minimises, with the law of walls
-//! ([`WallLaw`](crate::model::WallLaw)) and occlusion between the segments,
+//! ([`TabulatedWallLaw`](crate::model::TabulatedWallLaw)) and occlusion between the segments,
 //!
 //! ```text
 //! cost    sum of rho(r) over the readings of the window + priors of the segments
@@ -67,7 +67,7 @@ mod tests;
 
 pub(crate) use claims::SeenSegment;
 pub use parameters::SegmentParameters;
-pub use segment::{EndSigma, WallSegment};
+pub use segment::{EndSigma, TrackedSegment};
 pub use tracker::{SegmentModel, SegmentTracker};
 
 /// Most segments that are tracked, frozen ones included.

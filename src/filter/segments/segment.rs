@@ -9,7 +9,7 @@ use crate::model::Wall;
 
 /// A straight piece of wall that is tracked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WallSegment {
+pub struct TrackedSegment {
     pub(super) id: u16,
     pub(super) ends: Wall,
     pub(super) evidence: f32,
@@ -44,7 +44,7 @@ pub(super) struct Prior {
     pub(super) pull: Vector4<f32>,
 }
 
-impl WallSegment {
+impl TrackedSegment {
     pub(super) fn new(id: u16, ends: Wall) -> Self {
         Self {
             id,
@@ -323,7 +323,7 @@ mod tests {
     fn end_deviations_are_those_along_and_across_the_segment() {
         // A wall along y: across is x.
         let ends = [Point::new(0.1, 0.0), Point::new(0.1, 0.3)];
-        let mut segment = WallSegment::new(1, ends);
+        let mut segment = TrackedSegment::new(1, ends);
         let unknown = segment.end_sigmas().map(|end| (end.along_m, end.across_m));
         assert_eq!(unknown, [(f32::INFINITY, f32::INFINITY); 2], "no fit yet");
         let variances = [0.001, 0.02, 0.003, 0.04].map(|sigma: f32| sigma * sigma);

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::geometry::{Motion, Point, Pose, Rotation};
-use crate::model::{Photometry, Ring, SENSORS, Sample, Wall, WallLaw, evaluations};
+use crate::model::{Photometry, Ring, SENSORS, Sample, TabulatedWallLaw, Wall, evaluations};
 
 const SENSOR: Photometry = Photometry::VCNL4020;
 
-fn samples(law: &WallLaw, walls: &[Wall], pose: &Pose) -> [Sample; SENSORS] {
+fn samples(law: &TabulatedWallLaw, walls: &[Wall], pose: &Pose) -> [Sample; SENSORS] {
     let body = Rotation::by(pose.heading.radians()).inverse();
     core::array::from_fn(|sensor| {
         let mount = Ring::AMIRO.mount(sensor);
@@ -33,7 +33,7 @@ fn track(
         tracker.step(model, &last.motion_to(pose), &readings, &mut |_| {});
         last = *pose;
     }
-    let world = |segment: &WallSegment| {
+    let world = |segment: &TrackedSegment| {
         segment
             .ends()
             .map(|end| last.world_from_body(tracker.body_from_track(end)))
@@ -189,7 +189,7 @@ fn of_a_wall_that_is_gone_no_more_than_a_stub_stays() {
         most = most.max(tracker.segments().len());
         last = pose;
     }
-    let longest = tracker.segments().iter().map(WallSegment::length_m);
+    let longest = tracker.segments().iter().map(TrackedSegment::length_m);
     let longest = longest.fold(0.0, f32::max);
     assert!(most > 0 && longest < 0.03, "{tracker:?}");
 }

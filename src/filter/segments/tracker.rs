@@ -3,15 +3,15 @@
 use heapless::Vec;
 
 use super::birth::Birth;
-use super::fit::{SegmentFit, WallSegments, set_covariances};
+use super::fit::{SegmentFit, TrackedSegments, set_covariances};
 use super::linear::System;
-use super::segment::WallSegment;
+use super::segment::TrackedSegment;
 use super::upkeep::{cut_at_hull, fold, keep_in_reach};
 use super::window::StepReadings;
 use super::{MAX_WINDOW, SegmentParameters};
 use crate::checksum::Digest;
 use crate::geometry::{Angle, Motion, Point, Rotation};
-use crate::model::{Mount, Photometry, Ring, SENSORS, Sample, WallLaw};
+use crate::model::{Mount, Photometry, Ring, SENSORS, Sample, TabulatedWallLaw};
 
 /// Motion of a step beyond which the segments' places are unknown, metres.
 const LARGEST_MOTION_M: f32 = 0.5;
@@ -29,7 +29,7 @@ const SETTLED_STEPS: u16 = 3;
 #[derive(Clone, Debug)]
 pub struct SegmentModel {
     pub(super) parameters: SegmentParameters,
-    pub(super) law: WallLaw,
+    pub(super) law: TabulatedWallLaw,
     pub(super) mounts: [Mount; SENSORS],
 }
 
@@ -49,14 +49,14 @@ impl SegmentModel {
     ) -> Self {
         Self {
             parameters,
-            law: WallLaw::of(photometry),
+            law: TabulatedWallLaw::of(photometry),
             mounts: *mounts,
         }
     }
 
     /// The law of walls.
     #[must_use]
-    pub fn law(&self) -> &WallLaw {
+    pub fn law(&self) -> &TabulatedWallLaw {
         &self.law
     }
 
@@ -72,7 +72,7 @@ impl SegmentModel {
 /// 2 kB. The same steps give the same segments, bit for bit, on all machines.
 #[derive(Clone, Debug)]
 pub struct SegmentTracker {
-    segments: WallSegments,
+    segments: TrackedSegments,
     window: Vec<StepReadings, MAX_WINDOW, u8>,
     heading: Angle,
     /// Whether the next step's motion adds to that of the newest row.
@@ -115,7 +115,7 @@ impl SegmentTracker {
 
     /// The segments, oldest first.
     #[must_use]
-    pub fn segments(&self) -> &[WallSegment] {
+    pub fn segments(&self) -> &[TrackedSegment] {
         &self.segments
     }
 
@@ -173,7 +173,7 @@ impl SegmentTracker {
         model: &SegmentModel,
         motion: &Motion,
         samples: &[Sample; SENSORS],
-        retired: &mut impl FnMut(&WallSegment),
+        retired: &mut impl FnMut(&TrackedSegment),
     ) {
         let way_m = motion.displacement.norm();
         if !self.advance(motion) {
@@ -219,7 +219,7 @@ impl SegmentTracker {
 
     /// Whether no segment is new: one iteration of the fit is enough after a short motion.
     fn is_settled(&self) -> bool {
-        let is_old = |segment: &WallSegment| segment.age_steps >= SETTLED_STEPS;
+        let is_old = |segment: &TrackedSegment| segment.age_steps >= SETTLED_STEPS;
         self.segments.iter().all(is_old)
     }
 

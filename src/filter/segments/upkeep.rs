@@ -1,9 +1,9 @@
 //! What keeps the segments few and true: folding, reach, hull, drops and merges.
 
 use super::birth::take;
-use super::fit::{SegmentFit, WallSegments, seen, slopes};
+use super::fit::{SegmentFit, TrackedSegments, seen, slopes};
 use super::linear::System;
-use super::segment::{Prior, WallSegment, distance_m, length_m, outside};
+use super::segment::{Prior, TrackedSegment, distance_m, length_m, outside};
 use super::window::{StepReadings, huber};
 use super::{MAX_SEGMENTS, SegmentModel, SegmentParameters};
 use crate::geometry::Point;
@@ -14,7 +14,7 @@ const MERGE_ITERATIONS: u8 = 3;
 
 /// Turns the readings of a row into the priors and the evidence of the segments.
 #[inline(never)]
-pub(super) fn fold(model: &SegmentModel, row: &StepReadings, segments: &mut WallSegments) {
+pub(super) fn fold(model: &SegmentModel, row: &StepReadings, segments: &mut TrackedSegments) {
     let parameters = &model.parameters;
     for segment in segments.iter_mut().filter(|segment| !segment.is_frozen) {
         let ends = segment.ends;
@@ -44,7 +44,7 @@ pub(super) fn fold(model: &SegmentModel, row: &StepReadings, segments: &mut Wall
 }
 
 /// Index of a segment by its place among those that are not frozen.
-fn active_index(segments: &[WallSegment], place: usize) -> usize {
+fn active_index(segments: &[TrackedSegment], place: usize) -> usize {
     let active = segments.iter().enumerate().filter(|(_, s)| !s.is_frozen);
     active
         .map(|(index, _)| index)
@@ -56,8 +56,8 @@ fn active_index(segments: &[WallSegment], place: usize) -> usize {
 #[inline(never)]
 pub(super) fn keep_in_reach(
     parameters: &SegmentParameters,
-    segments: &mut WallSegments,
-    retired: &mut impl FnMut(&WallSegment),
+    segments: &mut TrackedSegments,
+    retired: &mut impl FnMut(&TrackedSegment),
 ) {
     segments.retain_mut(|segment| {
         segment.is_frozen = distance_m(&segment.ends, Point::default()) > parameters.reach_m;
@@ -71,7 +71,7 @@ pub(super) fn keep_in_reach(
 
 /// Cuts segments off at the hull, and drops those of which too little is left.
 #[inline(never)]
-pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut WallSegments) {
+pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut TrackedSegments) {
     segments.retain_mut(|segment| {
         let Some(ends) = outside(&segment.ends, parameters.hull_m) else {
             return false;
@@ -91,7 +91,7 @@ pub(super) fn cut_at_hull(parameters: &SegmentParameters, segments: &mut WallSeg
 impl SegmentFit<'_> {
     /// Drops the segment with the least evidence if that is too little.
     #[inline(never)]
-    pub(super) fn drop_weakest(&self, segments: &mut WallSegments) {
+    pub(super) fn drop_weakest(&self, segments: &mut TrackedSegments) {
         let gains = self.gains(segments);
         let mut least: Option<(usize, f32)> = None;
         for (index, (segment, gain)) in segments.iter().zip(gains).enumerate() {
@@ -109,12 +109,12 @@ impl SegmentFit<'_> {
     }
 
     /// Whether what a segment has saved before is so much that it is not dropped.
-    fn is_sure(&self, segment: &WallSegment) -> bool {
+    fn is_sure(&self, segment: &TrackedSegment) -> bool {
         segment.evidence > self.model.parameters.freeze_evidence
     }
 
     /// What each segment that is not sure saves at the readings of the window.
-    fn gains(&self, segments: &[WallSegment]) -> [f32; MAX_SEGMENTS] {
+    fn gains(&self, segments: &[TrackedSegment]) -> [f32; MAX_SEGMENTS] {
         let parameters = &self.model.parameters;
         let law = &self.model.law;
         let mut gains = [0.0; MAX_SEGMENTS];
@@ -143,7 +143,7 @@ impl SegmentFit<'_> {
     #[inline(never)]
     pub(super) fn merge_collinear(
         &self,
-        segments: &mut WallSegments,
+        segments: &mut TrackedSegments,
         turn: usize,
         system: &mut System,
     ) -> bool {
@@ -166,9 +166,9 @@ impl SegmentFit<'_> {
     #[inline(never)]
     fn merge(
         &self,
-        segments: &mut WallSegments,
+        segments: &mut TrackedSegments,
         [first, second]: [usize; 2],
-        merged: &WallSegment,
+        merged: &TrackedSegment,
         system: &mut System,
     ) {
         let before = self.cost_without_priors(segments);
@@ -184,7 +184,7 @@ impl SegmentFit<'_> {
     }
 
     /// Cost of the readings and the lengths: priors that were begun anew do not compare.
-    fn cost_without_priors(&self, segments: &[WallSegment]) -> f32 {
+    fn cost_without_priors(&self, segments: &[TrackedSegment]) -> f32 {
         let active = segments.iter().filter(|segment| !segment.is_frozen);
         let lengths = active.map(|segment| segment.length_residual(&self.model.parameters).0);
         let lengths = lengths.fold(0.0, |sum, length| sum + length * length);
@@ -195,11 +195,11 @@ impl SegmentFit<'_> {
 /// The segment between the outer ends of two that are nearly collinear.
 #[inline(never)]
 fn merged(
-    segments: &[WallSegment],
+    segments: &[TrackedSegment],
     first: usize,
     second: usize,
     parameters: &SegmentParameters,
-) -> Option<WallSegment> {
+) -> Option<TrackedSegment> {
     let (a, b) = (segments.get(first)?, segments.get(second)?);
     if a.is_frozen || b.is_frozen {
         return None;
@@ -225,7 +225,7 @@ fn merged(
     if gap >= parameters.merge_gap_m || !is_straight || !is_longer {
         return None;
     }
-    Some(WallSegment {
+    Some(TrackedSegment {
         id: if a.evidence >= b.evidence { a.id } else { b.id },
         ends,
         evidence: a.evidence + b.evidence,

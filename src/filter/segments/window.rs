@@ -3,7 +3,7 @@
 use super::SegmentParameters;
 use crate::geometry::{Point, Rotation};
 use crate::math;
-use crate::model::{Mount, SENSORS, Sample, Wall, WallLaw};
+use crate::model::{Mount, SENSORS, Sample, TabulatedWallLaw, Wall};
 
 /// A reading, ready for comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +34,7 @@ pub(super) struct Placed {
 }
 
 impl LogReading {
-    fn of(sample: Sample, law: &WallLaw, parameters: &SegmentParameters) -> Self {
+    fn of(sample: Sample, law: &TabulatedWallLaw, parameters: &SegmentParameters) -> Self {
         let Sample::Counts(counts) = sample else {
             return Self::default();
         };
@@ -62,7 +62,7 @@ impl StepReadings {
     pub(super) fn new(
         heading: Rotation,
         samples: &[Sample; SENSORS],
-        law: &WallLaw,
+        law: &TabulatedWallLaw,
         parameters: &SegmentParameters,
     ) -> Self {
         Self {

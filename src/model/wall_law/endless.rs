@@ -1,10 +1,10 @@
 //! The law of an endless wall, and its inverse.
 
 use super::sight::{BEHIND, LEAST_DISTANCE_M};
-use super::{WallLaw, difference, share};
+use super::{TabulatedWallLaw, difference, share};
 use crate::math;
 
-impl WallLaw {
+impl TabulatedWallLaw {
     /// G(psi): return of an endless wall whose normal is psi off the axis, as a share of
     /// that of one across the axis at the same distance; even in psi.
     #[must_use]

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{MAX_WALLS, Wall, WallLaw, dot, larger, smaller};
+use super::{MAX_WALLS, TabulatedWallLaw, Wall, dot, larger, smaller};
 use crate::geometry::Point;
 
 /// Most intervals of the lobe: all ends split it.
@@ -52,7 +52,7 @@ impl Interval {
 pub(super) type Sights = Vec<Sight, MAX_WALLS>;
 pub(super) type Intervals = Vec<Interval, MAX_INTERVALS>;
 
-impl WallLaw {
+impl TabulatedWallLaw {
     /// Collects the walls in view.
     #[inline(never)]
     pub(super) fn see_all(&self, walls: &[Wall], sights: &mut Sights) {

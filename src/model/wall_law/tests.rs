@@ -56,7 +56,7 @@ impl core::ops::Sub<&Point> for &Point {
 
 #[test]
 fn tables_are_the_integrals() {
-    let law = WallLaw::of(&SENSOR);
+    let law = TabulatedWallLaw::of(&SENSOR);
     let xi = f64::from(SENSOR.xi);
     let max = f64::from(law.half_tangent_max);
     let integrals = |to: f64| {
@@ -90,7 +90,7 @@ fn tables_are_the_integrals() {
 fn one_wall_keeps_the_bound() {
     for xi in [1.0, 1.12, 1.236_518_5, 1.45] {
         let photometry = Photometry { xi, ..SENSOR };
-        let law = WallLaw::of(&photometry);
+        let law = TabulatedWallLaw::of(&photometry);
         let mut generator = Generator::seeded(7);
         for _ in 0..1000 {
             let mut place = || {
@@ -116,7 +116,7 @@ fn one_wall_keeps_the_bound() {
 
 #[test]
 fn several_walls_hide_each_other() {
-    let law = WallLaw::of(&SENSOR);
+    let law = TabulatedWallLaw::of(&SENSOR);
     let mut generator = Generator::seeded(11);
     for _ in 0..400 {
         // Chords of rings that do not meet: no two walls cross.
@@ -144,7 +144,7 @@ fn several_walls_hide_each_other() {
 
 #[test]
 fn gradient_is_the_change_of_the_signal() {
-    let law = WallLaw::of(&SENSOR);
+    let law = TabulatedWallLaw::of(&SENSOR);
     let mut generator = Generator::seeded(3);
     let mut compared = 0;
     for _ in 0..500 {
@@ -195,7 +195,7 @@ fn gradient_is_the_change_of_the_signal() {
 
 #[test]
 fn endless_walls_have_their_closed_form_and_its_inverse() {
-    let law = WallLaw::of(&SENSOR);
+    let law = TabulatedWallLaw::of(&SENSOR);
     // G(psi) in steps of 5 degrees, from sums of 1000 terms with three digits.
     let published = [
         1.0, 0.994, 0.976, 0.947, 0.908, 0.860, 0.804, 0.742, 0.675, 0.606, 0.535, 0.466, 0.398,
@@ -233,7 +233,7 @@ fn endless_walls_have_their_closed_form_and_its_inverse() {
 
 #[test]
 fn walls_without_sense_return_nothing() {
-    let law = WallLaw::of(&SENSOR);
+    let law = TabulatedWallLaw::of(&SENSOR);
     let good = Point::new(0.1, 0.05);
     for bad in [
         good,

@@ -5,7 +5,7 @@
 //! segments as the batch map draws its walls: what the readings need. The far end of a
 //! long wall that no reading shows is not drawn.
 
-use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
+use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, TrackedSegment};
 use amiro_ipf::geometry::{Motion, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 
@@ -15,7 +15,7 @@ use super::scene::WallScene;
 use crate::drive::{KnownWall, KnownWalls, RangeScan, Record, WallState, WallStep};
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::{FinishProgress, Map, MappedWall, Mapper, Setup};
-use crate::sensors::{Sensor, WallSegment as Segment};
+use crate::sensors::{Sensor, WallSegment};
 
 /// Evidence of a segment from which on it is kept when the tracker drops it or leaves it
 /// behind, chi^2.
@@ -140,7 +140,7 @@ impl Mapper for SegmentMapper {
 }
 
 /// The state of a segment in the world.
-fn state(tracker: &SegmentTracker, segment: &WallSegment, pose: &Pose) -> WallState {
+fn state(tracker: &SegmentTracker, segment: &TrackedSegment, pose: &Pose) -> WallState {
     let sigmas = segment.end_sigmas();
     let finite = |metres: f32| metres.is_finite().then_some(f64::from(metres));
     let place = |end| Vector::from(pose.world_from_body(tracker.body_from_track(end)));
@@ -176,7 +176,7 @@ fn mapped(wall: &KnownWall) -> MappedWall {
         }
     }
     MappedWall {
-        segment: Segment::new(from, to),
+        segment: WallSegment::new(from, to),
         covariance_m2,
         gain: state.evidence,
     }
@@ -203,12 +203,12 @@ mod tests {
     use crate::rig::Rig;
     use amiro_ipf::filter::Profile;
     use amiro_ipf::geometry::{Point, Rotation};
-    use amiro_ipf::model::{Wall, WallLaw};
+    use amiro_ipf::model::{TabulatedWallLaw, Wall};
     use amiro_ipf::node::Config;
 
     /// A drive along x past a wall from x = 0.2 to 0.6, 60 mm left of the hull.
     fn drive(mapper: &mut dyn Mapper, config: &Config) {
-        let law = WallLaw::of(&config.photometry);
+        let law = TabulatedWallLaw::of(&config.photometry);
         let wall: Wall = [Point::new(0.2, 0.11), Point::new(0.6, 0.11)];
         for step in 0..=70_u8 {
             let pose = Pose::new(0.01 * f32::from(step), 0.0, 0.0);

@@ -1,6 +1,6 @@
 //! The tracked wall segments at three steps of a drive.
 
-use amiro_ipf::filter::{Profile, SegmentModel, SegmentParameters, SegmentTracker, WallSegment};
+use amiro_ipf::filter::{Profile, SegmentModel, SegmentParameters, SegmentTracker, TrackedSegment};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::node::{Scheduled, StepInput, StepScheduler};
 
@@ -27,7 +27,7 @@ const FROZEN: Colour = [150, 150, 150];
 /// The segments after a step.
 struct TrackedStep {
     pose: Pose,
-    segments: Vec<WallSegment>,
+    segments: Vec<TrackedSegment>,
     /// The tracker, for its axes.
     tracker: SegmentTracker,
 }
@@ -128,7 +128,7 @@ fn chart(title: &str, scenario: &Scenario, path: &[Pose], step: &TrackedStep) ->
 }
 
 /// A segment, and the lines beside it at a number of its standard deviations.
-fn marks(segment: &WallSegment, step: &TrackedStep) -> [Mark; 3] {
+fn marks(segment: &TrackedSegment, step: &TrackedStep) -> [Mark; 3] {
     let pose = step.pose;
     let place = |end| Vector::from(pose.world_from_body(step.tracker.body_from_track(end)));
     let [from, to] = segment.ends().map(place);
