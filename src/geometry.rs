@@ -25,6 +25,13 @@ impl Point {
         Self { x, y }
     }
 
+    /// The scalar product.
+    #[must_use]
+    #[inline]
+    pub fn dot(self, other: Self) -> f32 {
+        self.x * other.x + self.y * other.y
+    }
+
     /// Squared distance from the origin, square metres.
     #[must_use]
     #[inline]

@@ -174,19 +174,13 @@ impl Slot<'_> {
         *self.epoch = 0;
     }
 
-    /// Counts one more survived step and returns the new epoch, which stops at 255.
+    /// Counts so many survived steps more, at least one, and returns the new epoch, which
+    /// stops at 255.
     #[inline]
-    pub(super) fn advance_epoch(&mut self) -> u8 {
+    pub(super) fn advance_epoch(&mut self, steps: u8) -> u8 {
         let epoch = *self.epoch;
-        *self.epoch = epoch.saturating_add(1);
-        epoch
-    }
-
-    /// Counts so many survived steps more and returns the new epoch, which stops at 254.
-    #[inline]
-    pub(super) fn advance_epoch_by(&mut self, steps: u8) -> u8 {
-        *self.epoch = self.epoch.saturating_add(steps);
-        self.epoch.saturating_sub(1)
+        *self.epoch = epoch.saturating_add(steps);
+        epoch.saturating_add(steps.saturating_sub(1))
     }
 
     #[inline]
@@ -320,7 +314,7 @@ mod tests {
         let mut set = ParticleSet::<1>::new();
         let mut slot = set.slots(1).next().unwrap();
         slot.fill(Point::new(0.1, 0.0));
-        let epochs: Vec<u8> = (0..300).map(|_| slot.advance_epoch()).collect();
+        let epochs: Vec<u8> = (0..300).map(|_| slot.advance_epoch(1)).collect();
         assert_eq!(&epochs[..3], &[1, 2, 3]);
         assert_eq!(epochs[299], 255);
         assert!(slot.is_live());

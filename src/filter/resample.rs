@@ -54,29 +54,19 @@ impl<'a> Resampler<'a> {
         Self { parameters, rule }
     }
 
-    /// Advances the epoch of a particle that survives and removes one that does not.
+    /// Advances the epoch of a particle that survives and removes one that does not. A
+    /// survival is worth so many steps of the gate.
     ///
     /// The particle's position and what the sensors saw of it stay readable.
     #[inline]
-    pub(super) fn resample(&mut self, particle: &mut Slot<'_>, rng: &mut impl Rng) -> Outcome {
-        if self.selects(particle.weight(), rng) {
-            Outcome::of_survivor(self.parameters, particle.advance_epoch())
-        } else {
-            particle.clear();
-            Outcome::of_rejected(self.parameters, particle.flags())
-        }
-    }
-
-    /// The same, with a survival that is worth so many steps of the gate.
-    #[inline]
-    pub(super) fn resample_by(
+    pub(super) fn resample(
         &mut self,
         particle: &mut Slot<'_>,
-        epochs: u8,
+        steps: u8,
         rng: &mut impl Rng,
     ) -> Outcome {
         if self.selects(particle.weight(), rng) {
-            Outcome::of_survivor(self.parameters, particle.advance_epoch_by(epochs))
+            Outcome::of_survivor(self.parameters, particle.advance_epoch(steps))
         } else {
             particle.clear();
             Outcome::of_rejected(self.parameters, particle.flags())

@@ -165,7 +165,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         let mut resampler = Resampler::new(&model.parameters, &tally, &mut self.rng); // 5 to 7
         for mut particle in self.particles.slots(self.active) {
             if particle.is_live() {
-                let outcome = resampler.resample(&mut particle, &mut self.rng); // 9, 10
+                let outcome = resampler.resample(&mut particle, 1, &mut self.rng); // 9, 10
                 tally.count(outcome, particle.position()); // equation 3
                 report(particle.units(), outcome);
             }
@@ -210,7 +210,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         let epochs = scan.epochs(motion.displacement.norm());
         for mut particle in self.particles.slots(self.active) {
             if particle.is_live() {
-                let outcome = resampler.resample_by(&mut particle, epochs, &mut self.rng);
+                let outcome = resampler.resample(&mut particle, epochs, &mut self.rng);
                 tally.count(outcome, particle.position());
                 report(particle.units(), outcome);
             }

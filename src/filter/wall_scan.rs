@@ -106,10 +106,7 @@ impl<'m> WallScan<'m> {
                 *squared = range_m * range_m;
             }
         }
-        let mut explained = SensorMask::NONE;
-        for sensor in walls.iter().flat_map(|wall| wall.sensors.iter()) {
-            explained = explained.with(sensor);
-        }
+        let explained = walls.iter().flat_map(|wall| wall.sensors.iter()).collect();
         let (sine, cosine) = math::sin_cos(parameters.side_bearing_rad);
         Self {
             model,
@@ -127,12 +124,12 @@ impl<'m> WallScan<'m> {
         let mut supporting: Option<(&SeenWall, f32)> = None;
         let mut is_beside = false;
         for wall in &self.walls {
-            let across = wall.distance_m - dot(wall.normal, place);
+            let across = wall.distance_m - wall.normal.dot(place);
             let squared = across * across;
             if squared >= wall.far {
                 continue;
             }
-            let along = dot(wall.along, place);
+            let along = wall.along.dot(place);
             let (before, behind) = (wall.from_m - along, along - wall.to_m);
             // A comparison: the target has no instruction for `max`, but a function.
             let beyond = if before > behind { before } else { behind };
@@ -258,11 +255,11 @@ impl<'m> WallScan<'m> {
         let (from, to) = *wall.bearings_rad.get(sensor)?;
         let (sine, cosine) = math::sin_cos(from + (to - from) * uniform(rng));
         let ray = Point::new(cosine, sine).rotated(beam.mount.direction);
-        let incidence = dot(ray, wall.normal);
+        let incidence = ray.dot(wall.normal);
         if incidence < LEAST_INCIDENCE {
             return None;
         }
-        let distance = wall.distance_m - dot(wall.normal, beam.mount.position);
+        let distance = wall.distance_m - wall.normal.dot(beam.mount.position);
         let range = (distance + beam.echo.sigma_m * nearly_normal(rng)) / incidence;
         let range = if range > 0.0 { range } else { 0.0 };
         Some(beam.mount.position + Point::new(range * ray.x, range * ray.y))
@@ -288,8 +285,8 @@ impl SeenWall {
         }
         let mut along = Point::new(way.x / length_m, way.y / length_m);
         let mut normal = Point::new(along.y, -along.x);
-        let (mut from_m, mut to_m) = (dot(along, from), dot(along, to));
-        let mut distance_m = dot(normal, from);
+        let (mut from_m, mut to_m) = (along.dot(from), along.dot(to));
+        let mut distance_m = normal.dot(from);
         if distance_m < 0.0 {
             distance_m = -distance_m;
             normal = Point::new(-normal.x, -normal.y);
@@ -334,7 +331,7 @@ impl SeenWall {
             .get(beam.sensor)
             .copied()
             .unwrap_or(0.0);
-        let incidence = dot(self.normal, place - beam.mount.position) / range;
+        let incidence = self.normal.dot(place - beam.mount.position) / range;
         let quality = lobe * lobe * incidence * incidence * incidence * inverse;
         if quality > 1.0 {
             1.0
@@ -381,11 +378,6 @@ fn largest_quality(model: &Model, normal: Point) -> f32 {
         largest = largest.max(lobe * lobe * incidence * incidence * incidence);
     }
     largest
-}
-
-#[inline]
-fn dot(a: Point, b: Point) -> f32 {
-    a.x * b.x + a.y * b.y
 }
 
 #[cfg(test)]

@@ -87,6 +87,13 @@ impl Mount {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SensorMask(pub u8);
 
+/// The sensors of these indices; those beyond the ring are left out.
+impl FromIterator<usize> for SensorMask {
+    fn from_iter<I: IntoIterator<Item = usize>>(indices: I) -> Self {
+        indices.into_iter().fold(Self::NONE, Self::with)
+    }
+}
+
 impl SensorMask {
     /// No sensor.
     pub const NONE: Self = Self(0);

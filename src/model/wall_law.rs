@@ -258,7 +258,7 @@ impl TabulatedWallLaw {
         // foot, along the wall.
         let [first, last] = sight.ends;
         let along = Point::new(-s, c);
-        let (a, b) = (dot(first, along), dot(last, along));
+        let (a, b) = (first.dot(along), last.dot(along));
         let length_m = b - a;
         let of_first = (per_distance * b + per_turn) / length_m;
         let of_last = (-per_distance * a - per_turn) / length_m;
@@ -355,11 +355,6 @@ fn larger(a: f32, b: f32) -> f32 {
 #[inline]
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
-}
-
-#[inline]
-fn dot(a: Point, b: Point) -> f32 {
-    a.x * b.x + a.y * b.y
 }
 
 #[inline]

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{MAX_WALLS, TabulatedWallLaw, Wall, dot, larger, smaller};
+use super::{MAX_WALLS, TabulatedWallLaw, Wall, larger, smaller};
 use crate::geometry::Point;
 
 /// Most intervals of the lobe: all ends split it.
@@ -105,7 +105,7 @@ impl TabulatedWallLaw {
         let normal = Point::new(along.y, -along.x);
         let distance_m = cross.abs() / length_m;
         if distance_m < LEAST_DISTANCE_M {
-            let is_between = dot(from, along) < 0.0 && dot(to, along) > 0.0;
+            let is_between = from.dot(along) < 0.0 && to.dot(along) > 0.0;
             if !is_between {
                 return None;
             }
