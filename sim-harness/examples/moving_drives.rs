@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use amiro_ipf::model::{Photometry, SENSORS, SensorMask};
 use clap::Parser;
 use serde::Serialize;
-use sim_harness::evaluation::{Number, WallSideRow, WallSideSettings};
+use sim_harness::evaluation::{Number, WallSideRow, WallSideSettings, json_lines};
 use sim_harness::mapping::Method;
 use sim_harness::{console, log, output};
 
@@ -63,7 +63,7 @@ struct DriveRow<'r> {
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
     let masked = arguments.masked.iter().map(|sensor| usize::from(*sensor));
-    let masked = masked.fold(SensorMask::NONE, SensorMask::with);
+    let masked: SensorMask = masked.collect();
     let own = Photometry::VCNL4020;
     let settings = WallSideSettings {
         sensors: masked.complement(),
@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     console::print(
         "On the line: occupied cells of the side within 20 mm of the line through most of them.",
     );
-    let mut lines = Vec::new();
+    let mut rows = Vec::new();
     for path in &arguments.drives {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let recording = log::read(path)?;
@@ -89,14 +89,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             "method", "leg", "side", "on the line", "share", "RMS there", "RMS all", "covered mm"
         ));
         for method in &arguments.methods {
-            for row in &WallSideRow::of(&recording.inputs, method, &settings)? {
-                console::print(line(row));
-                lines.push(serde_json::to_string(&DriveRow { drive: &name, row })?);
+            for row in WallSideRow::of(&recording.inputs, method, &settings)? {
+                console::print(line(&row));
+                rows.push((name.clone(), row));
             }
         }
     }
     if let Some(path) = &arguments.json {
-        output::write(path, format!("[\n{}\n]\n", lines.join(",\n")).as_bytes())?;
+        let rows = rows.iter().map(|(drive, row)| DriveRow { drive, row });
+        output::write(path, json_lines(rows)?.as_bytes())?;
     }
     Ok(())
 }

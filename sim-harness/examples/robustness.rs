@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use sim_harness::evaluation::{Mismatch, Number, RobustnessRow, RobustnessTrials};
+use sim_harness::evaluation::{Mismatch, Number, RobustnessRow, RobustnessTrials, json_lines};
 use sim_harness::mapping::Method;
 use sim_harness::world::{Physics, standard};
 use sim_harness::{console, output};
@@ -64,8 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let rows = trials.run(&mut |_, _| {})?;
     if let Some(path) = &arguments.json {
-        let lines: Result<Vec<String>, _> = rows.iter().map(serde_json::to_string).collect();
-        output::write(path, format!("[\n{}\n]\n", lines?.join(",\n")).as_bytes())?;
+        output::write(path, json_lines(&rows)?.as_bytes())?;
     }
     console::print(format_args!(
         "Simulated; physics {}, {} drives from seed {} on. OE % (recall, coverage)",

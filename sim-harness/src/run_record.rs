@@ -1,12 +1,13 @@
 //! The record of a run: its map, path and statistics.
 
+use amiro_ipf::filter::SegmentParameters;
 use amiro_ipf::node::odometry::{MAX_AGE_US, MAX_SPEED_M_PER_S};
 use amiro_ipf::node::{Config, Event, StepDone};
 use serde::Serialize;
 
 use crate::drive::{FilterRecords, KnownWalls, Record};
 use crate::geometry::Pose2;
-use crate::mapping::{CountingMapper, FootprintMapper, KEPT_EVIDENCE, Map, Mapper, Occupancy};
+use crate::mapping::{CountingMapper, FootprintMapper, Map, Mapper, Occupancy};
 
 /// Collects the events of a run, on a host's node or on a board.
 #[derive(Clone, Debug)]
@@ -73,7 +74,7 @@ impl RunRecord {
         Self {
             records: FilterRecords::new(config),
             mapper: FootprintMapper::new(mapper, cell_m, hull_radius_m),
-            walls: KnownWalls::new(KEPT_EVIDENCE),
+            walls: KnownWalls::new(f64::from(SegmentParameters::STEPS.drop_evidence)),
             begun: None,
             poses: Vec::new(),
             jumps: Vec::new(),

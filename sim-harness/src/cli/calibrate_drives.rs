@@ -75,9 +75,11 @@ impl DriveCalibration {
                 return Err(format!("--out: {out} exists; --force replaces it").into());
             }
         }
-        let masked = self.mask.iter().fold(SensorMask::NONE, |mask, &sensor| {
-            mask.with(usize::from(sensor))
-        });
+        let masked: SensorMask = self
+            .mask
+            .iter()
+            .map(|sensor| usize::from(*sensor))
+            .collect();
         let settings = DriveGainSettings {
             masked,
             alpha_counts_m2: self.alpha,

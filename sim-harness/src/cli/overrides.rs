@@ -108,9 +108,11 @@ impl Overrides {
             calibration.apply(&mut config);
         }
         config.photometry.alpha_counts_m2 = self.alpha.unwrap_or(config.photometry.alpha_counts_m2);
-        let masked = self.mask.iter().fold(SensorMask::NONE, |mask, &sensor| {
-            mask.with(usize::from(sensor))
-        });
+        let masked: SensorMask = self
+            .mask
+            .iter()
+            .map(|sensor| usize::from(*sensor))
+            .collect();
         config.sensors = SensorMask(config.sensors.0 & masked.complement().0);
         if self.fixed {
             config.step_rule = StepRule::PerTick { own_clock: false };

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use amiro_ipf::filter::{SegmentTracker, TrackedSegment};
+use amiro_ipf::geometry::Pose;
 use amiro_ipf::node::Walls;
 use serde::Serialize;
 
@@ -28,6 +30,22 @@ pub struct WallState {
     pub across_m: [Option<f64>; 2],
     /// Cost that the segment has saved (chi^2).
     pub evidence: f64,
+}
+
+impl WallState {
+    /// A tracked segment in the world of a robot's pose.
+    #[must_use]
+    pub fn of(tracker: &SegmentTracker, segment: &TrackedSegment, pose: &Pose) -> Self {
+        let sigmas = segment.end_sigmas();
+        let finite = |metres: f32| metres.is_finite().then_some(f64::from(metres));
+        let place = |end| Vector::from(pose.world_from_body(tracker.body_from_track(end)));
+        Self {
+            ends: segment.ends().map(place),
+            along_m: sigmas.map(|end| finite(end.along_m)),
+            across_m: sigmas.map(|end| finite(end.across_m)),
+            evidence: f64::from(segment.evidence()),
+        }
+    }
 }
 
 /// The step of a state.

@@ -48,7 +48,7 @@ pub use node_run::{NodeRun, map};
 pub use number::Number;
 pub use odometry_loss::OdometryLoss;
 pub use openings::OpeningScores;
-pub use record::{ScoreRecord, TrialRecord, json};
+pub use record::{ScoreRecord, TrialRecord, json, json_lines};
 pub use robustness::{Mismatch, RobustnessRow, RobustnessTrials};
 pub use scores::{SCORES_IN_WORDS, Scores};
 pub use sensor_faults::{SensorBreak, SensorFaultRow, SensorFaultTrials};

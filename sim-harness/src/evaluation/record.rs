@@ -76,9 +76,17 @@ impl<'t> From<&'t Trial> for TrialRecord<'t> {
 /// # Errors
 /// As `serde_json` has it for any value; a record gives it no reason.
 pub fn json(trials: &[Trial]) -> Result<String, serde_json::Error> {
-    let records = trials
-        .iter()
-        .map(|trial| serde_json::to_string(&TrialRecord::from(trial)));
-    let records: Vec<String> = records.collect::<Result<_, _>>()?;
-    Ok(format!("[\n{}\n]\n", records.join(",\n")))
+    json_lines(trials.iter().map(TrialRecord::from))
+}
+
+/// Rows as a JSON array, a row per line.
+///
+/// # Errors
+/// As `serde_json` has it for any value.
+pub fn json_lines<T: Serialize>(
+    rows: impl IntoIterator<Item = T>,
+) -> Result<String, serde_json::Error> {
+    let rows = rows.into_iter().map(|row| serde_json::to_string(&row));
+    let rows: Vec<String> = rows.collect::<Result<_, _>>()?;
+    Ok(format!("[\n{}\n]\n", rows.join(",\n")))
 }

@@ -29,7 +29,7 @@ pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, Setup, UnknownMethod};
 pub use wall_map::{
-    KEPT_EVIDENCE, RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
+    RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
 };
 
 use crate::drive::Record;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{RecordedReport, SeriesWalls};
+use crate::evaluation::json_lines;
 
 /// A series' map by one method: one flat object, `null` for what is undefined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,8 +41,6 @@ impl RecordedReport {
     /// As `serde_json` has it for any value; a record gives it no reason.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         let recorded = self.walls.iter().filter(|walls| walls.is_recorded());
-        let records = recorded.map(|walls| serde_json::to_string(&WallsRecord::from(walls)));
-        let records: Vec<String> = records.collect::<Result<_, _>>()?;
-        Ok(format!("[\n{}\n]\n", records.join(",\n")))
+        json_lines(recorded.map(WallsRecord::from))
     }
 }

@@ -62,7 +62,7 @@ use crate::rig::Rig;
 
 pub use parameters::WallMapParameters;
 pub use ring_gains::{RingGainFit, RingGains};
-pub use segments::{KEPT_EVIDENCE, SegmentMapper};
+pub use segments::SegmentMapper;
 
 /// The gain of a sensor that was fitted with the walls.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 //! segments as the batch map draws its walls: what the readings need. The far end of a
 //! long wall that no reading shows is not drawn.
 
-use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker, TrackedSegment};
+use amiro_ipf::filter::{SegmentModel, SegmentParameters, SegmentTracker};
 use amiro_ipf::geometry::{Motion, Pose};
 use amiro_ipf::model::{Photometry, Ring, SENSORS, Sample};
 
@@ -13,13 +13,9 @@ use super::WallMapParameters;
 use super::readings::Readings;
 use super::scene::WallScene;
 use crate::drive::{KnownWall, KnownWalls, RangeScan, Record, WallState, WallStep};
-use crate::geometry::{Pose2, Vector};
+use crate::geometry::Pose2;
 use crate::mapping::{FinishProgress, Map, MappedWall, Mapper, Setup};
 use crate::sensors::{Sensor, WallSegment};
-
-/// Evidence of a segment from which on it is kept when the tracker drops it or leaves it
-/// behind, chi^2.
-pub const KEPT_EVIDENCE: f64 = 12.0;
 
 /// Maps the segments of a [`SegmentTracker`] that the readings need.
 ///
@@ -62,7 +58,7 @@ impl SegmentMapper {
             tracker: SegmentTracker::new(),
             pose: None,
             steps: 0,
-            known: KnownWalls::new(KEPT_EVIDENCE),
+            known: KnownWalls::new(f64::from(parameters.drop_evidence)),
             readings: Readings::new(setup.rig, drawing),
             walls: Vec::new(),
             map: Map::unknown(setup.cell_m),
@@ -86,7 +82,7 @@ impl SegmentMapper {
         let mut left = Vec::new();
         self.tracker
             .step(&self.model, &motion, &samples, &mut |segment| {
-                if f64::from(segment.evidence()) >= KEPT_EVIDENCE {
+                if segment.evidence() >= self.model.parameters().drop_evidence {
                     left.push(segment.id());
                 }
             });
@@ -96,7 +92,8 @@ impl SegmentMapper {
         };
         self.steps = self.steps.wrapping_add(1);
         let segments = self.tracker.segments().iter();
-        let seen = segments.map(|segment| (segment.id(), state(&self.tracker, segment, &pose)));
+        let seen =
+            segments.map(|segment| (segment.id(), WallState::of(&self.tracker, segment, &pose)));
         self.known.step(step, seen, &[], &left);
         self.readings.take(scan);
     }
@@ -136,19 +133,6 @@ impl Mapper for SegmentMapper {
 
     fn map(&self) -> Map {
         self.map.clone()
-    }
-}
-
-/// The state of a segment in the world.
-fn state(tracker: &SegmentTracker, segment: &TrackedSegment, pose: &Pose) -> WallState {
-    let sigmas = segment.end_sigmas();
-    let finite = |metres: f32| metres.is_finite().then_some(f64::from(metres));
-    let place = |end| Vector::from(pose.world_from_body(tracker.body_from_track(end)));
-    WallState {
-        ends: segment.ends().map(place),
-        along_m: sigmas.map(|end| finite(end.along_m)),
-        across_m: sigmas.map(|end| finite(end.across_m)),
-        evidence: f64::from(segment.evidence()),
     }
 }
 

@@ -1,11 +1,12 @@
 //! The tracked wall segments at three steps of a drive.
 
-use amiro_ipf::filter::{Profile, SegmentModel, SegmentParameters, SegmentTracker, TrackedSegment};
+use amiro_ipf::filter::{Profile, SegmentModel, SegmentParameters, SegmentTracker};
 use amiro_ipf::geometry::Pose;
 use amiro_ipf::node::{Scheduled, StepInput, StepScheduler};
 
 use super::page_section::{Panel, PanelRow};
 use super::scenario_maps::Conditions;
+use crate::drive::WallState;
 use crate::geometry::{Pose2, Vector};
 use crate::report::chart::{Axis, Chart, Mark};
 use crate::report::map_picture::{OUTLINE, PATH, outlines};
@@ -24,12 +25,10 @@ const BAND_SIGMAS: f64 = 2.0;
 const FOLLOWED: Colour = [20, 20, 20];
 const FROZEN: Colour = [150, 150, 150];
 
-/// The segments after a step.
+/// The segments after a step, and whether each is out of reach.
 struct TrackedStep {
     pose: Pose,
-    segments: Vec<TrackedSegment>,
-    /// The tracker, for its axes.
-    tracker: SegmentTracker,
+    segments: Vec<(WallState, bool)>,
 }
 
 /// Draws the segments of a drive at three of its steps.
@@ -82,11 +81,9 @@ fn track(scenario: &Scenario, conditions: &Conditions) -> Vec<TrackedStep> {
                 ..
             } = step;
             tracker.step(&model, &motion, &samples, &mut |_| {});
-            steps.push(TrackedStep {
-                pose,
-                segments: tracker.segments().to_vec(),
-                tracker: tracker.clone(),
-            });
+            let state = |segment| (WallState::of(&tracker, segment, &pose), segment.is_frozen());
+            let segments = tracker.segments().iter().map(state).collect();
+            steps.push(TrackedStep { pose, segments });
         }
     }
     steps
@@ -118,36 +115,21 @@ fn chart(title: &str, scenario: &Scenario, path: &[Pose], step: &TrackedStep) ->
     ];
     chart = chart.with("", PATH, robot);
     for (colour, is_frozen) in [(FROZEN, true), (FOLLOWED, false)] {
-        let segments = step.segments.iter();
-        let marks = segments
-            .filter(|segment| segment.is_frozen() == is_frozen)
-            .flat_map(|segment| marks(segment, step));
+        let segments = step.segments.iter().filter(|(_, it)| *it == is_frozen);
+        let marks = segments.flat_map(|(state, _)| marks(state));
         chart = chart.with("", colour, marks.collect());
     }
     chart
 }
 
 /// A segment, and the lines beside it at a number of its standard deviations.
-fn marks(segment: &TrackedSegment, step: &TrackedStep) -> [Mark; 3] {
-    let pose = step.pose;
-    let place = |end| Vector::from(pose.world_from_body(step.tracker.body_from_track(end)));
-    let [from, to] = segment.ends().map(place);
-    // The covariance has the tracker's axes: its normal gives the variance across.
-    let [a, b] = segment.ends();
-    let way = Vector::from(b) - Vector::from(a);
-    let across = Vector::new(-way.y, way.x).scaled(1.0 / way.norm().max(1e-9));
-    let covariance = segment.covariance();
-    let sigma_m = [0_usize, 2].map(|at| {
-        let of = |row, column| f64::from(covariance[(at + row, at + column)]);
-        let variance = across.x * across.x * of(0, 0)
-            + 2.0 * across.x * across.y * of(0, 1)
-            + across.y * across.y * of(1, 1);
-        variance.max(0.0).sqrt()
-    });
+fn marks(state: &WallState) -> [Mark; 3] {
+    let [from, to] = state.ends;
     let along = to - from;
     let normal = Vector::new(-along.y, along.x).scaled(1.0 / along.norm().max(1e-9));
+    let [from_m, to_m] = state.across_m.map(Option::unwrap_or_default);
     let beside = |side: f64| {
-        let ends = [(from, sigma_m[0]), (to, sigma_m[1])];
+        let ends = [(from, from_m), (to, to_m)];
         let moved = ends.map(|(end, sigma)| end + normal.scaled(side * BAND_SIGMAS * sigma));
         Mark::Line(moved.map(in_mm).to_vec(), 1.0)
     };
