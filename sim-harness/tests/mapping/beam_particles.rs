@@ -26,6 +26,7 @@ fn scans(folder: &Path, rig: &str) -> (Rig, Vec<Record>) {
         rig: &rig,
         poses: PoseSource::MotionCapture,
         calibration: None,
+        profile: None,
     };
     let mut records = Vec::new();
     let mut take = |record: &Record| {
