@@ -9,12 +9,16 @@ mod beam_particles;
 mod belief;
 mod calculus;
 mod counting;
+mod evidence;
 mod finish_progress;
 mod footprint;
 mod grid;
 mod inverse_sensor;
 mod mapped_wall;
 mod methods;
+mod scan_returns;
+#[cfg(test)]
+mod test_drives;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
@@ -22,6 +26,10 @@ pub use beam_particles::{BeamForm, BeamMapper};
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
 pub use counting::CountingMapper;
+pub use evidence::{
+    Bayes, BoxMapper, Complements, ConeEvidenceMapper, ConePlace, DempsterShafer, Fuzzy, Masses,
+    Memberships, SonarModel, safe_membership,
+};
 pub use finish_progress::FinishProgress;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};

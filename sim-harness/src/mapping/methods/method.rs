@@ -49,6 +49,12 @@ impl Method {
         Self::SEGMENTS,
         Self::KLEPPE,
         Self::KLEPPE_PAPER,
+        Self::BAYES,
+        Self::DS,
+        Self::FUZZY,
+        Self::BAYES_BOX,
+        Self::DS_BOX,
+        Self::FUZZY_BOX,
         Self::ALL_FREE,
     ];
 

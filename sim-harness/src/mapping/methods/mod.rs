@@ -1,5 +1,6 @@
 //! The table of mapping methods: one constant of [`Method`] per method.
 
+mod evidence_methods;
 mod filters;
 mod inverse_models;
 mod method;
