@@ -14,6 +14,7 @@ mod finish_progress;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod layers;
 mod mapped_wall;
 mod methods;
 mod scan_returns;
@@ -34,6 +35,7 @@ pub use finish_progress::FinishProgress;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use layers::{Fused, Fusion, LayerMapper, LayerParameters, SensorLayer};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
 pub use wall_map::{

@@ -55,6 +55,10 @@ impl Method {
         Self::BAYES_BOX,
         Self::DS_BOX,
         Self::FUZZY_BOX,
+        Self::LASER,
+        Self::SONAR,
+        Self::PESSIMISTIC,
+        Self::MINMAX,
         Self::ALL_FREE,
     ];
 

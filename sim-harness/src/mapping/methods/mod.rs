@@ -3,6 +3,7 @@
 mod evidence_methods;
 mod filters;
 mod inverse_models;
+mod layer_methods;
 mod method;
 mod particles;
 mod sensor_choice;
