@@ -59,6 +59,9 @@ impl Method {
         Self::SONAR,
         Self::PESSIMISTIC,
         Self::MINMAX,
+        Self::ISM_NEAR,
+        Self::PGC,
+        Self::NAV2_RANGE,
         Self::ALL_FREE,
     ];
 

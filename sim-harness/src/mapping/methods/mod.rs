@@ -5,6 +5,7 @@ mod filters;
 mod inverse_models;
 mod layer_methods;
 mod method;
+mod near_methods;
 mod particles;
 mod sensor_choice;
 mod setup;
