@@ -5,27 +5,38 @@
 //! a [`Calculus`] holds the evidence of a cell and gives the [`Belief`] that follows.
 
 mod all_free;
+mod approximate_likelihood;
 mod beam_particles;
 mod belief;
 mod calculus;
+mod cone_readings;
+mod consistent_echoes;
 mod counting;
 mod finish_progress;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod likelihood_map;
 mod mapped_wall;
 mod methods;
+#[cfg(test)]
+mod toy_scene;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
+pub use approximate_likelihood::{ApproximateLikelihoodMapper, EchoFilter};
 pub use beam_particles::{BeamForm, BeamMapper};
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
+pub use consistent_echoes::{ConsistentEchoMapper, EchoJudgement};
 pub use counting::CountingMapper;
 pub use finish_progress::FinishProgress;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use likelihood_map::{
+    LikelihoodMapper, LikelihoodParameters, MaximumReading, Objective, Reach, Sweep,
+};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
 pub use wall_map::{

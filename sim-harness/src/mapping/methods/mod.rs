@@ -2,6 +2,7 @@
 
 mod filters;
 mod inverse_models;
+mod likelihood_methods;
 mod method;
 mod particles;
 mod sensor_choice;
