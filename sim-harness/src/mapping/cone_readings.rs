@@ -199,16 +199,21 @@ impl ConeReadings {
         Some(())
     }
 
-    /// Whether a reading is one of numbers, and its cone small enough to be walked.
+    /// Whether a reading is one of numbers, and its cells few enough.
     fn fits(&self, reading: &ConeReading, reach_m: f64, room: usize) -> bool {
-        let cell_m = self.lattice().cell_m();
-        let reach_cells = (reading.range_m + reach_m) / cell_m;
+        let reach_cells = (reading.range_m + reach_m) / self.lattice().cell_m();
         let cone_cells = reading.cone.half_angle_rad * reach_cells * reach_cells;
-        // False for NaN.
-        reading.range_m > 0.0
-            && (2.0 * reach_cells + 1.0).powi(2) <= MAX_CELLS as f64
+        self.is_walkable(reading.range_m + reach_m)
+            && reading.range_m > 0.0
             && cone_cells <= room as f64
             && reading.world_from_sensor.is_finite()
+    }
+
+    /// Whether the cells around a sensor up to a range are at most [`MAX_CELLS`]; false for
+    /// NaN.
+    pub(super) fn is_walkable(&self, range_m: f64) -> bool {
+        let reach_cells = range_m / self.lattice().cell_m();
+        (2.0 * reach_cells + 1.0).powi(2) <= MAX_CELLS as f64
     }
 
     /// The number of a cell, a new one for a cell that no reading looked at before; `None` if

@@ -14,8 +14,9 @@ const MAX_SCANS: usize = 1 << 20;
 /// Stores the scans of a drive, and passes those echoes to another mapper in
 /// [`finish`](Mapper::finish) that do not contradict each other.
 ///
-/// An echo that is removed becomes [`Return::Invalid`]; so do the returns of sensors
-/// without a cone. The other mapper gets scans only, and no map exists before the end.
+/// An echo that is removed becomes [`Return::Invalid`]; so do echoes of sensors without a
+/// cone, and returns whose cone is too large for a grid. The other mapper gets scans only,
+/// and no map exists before the end.
 #[derive(Clone, Debug)]
 pub struct ConsistentEchoMapper<M> {
     /// Without a record.
@@ -57,9 +58,18 @@ impl<M: Mapper + Clone> ConsistentEchoMapper<M> {
     pub(super) fn kept_scans(&self) -> Vec<RangeScan> {
         let mut kept = self.scans.clone();
         for scan in &mut kept {
-            let is_echo = |it: &Return| matches!(it, Return::Echo { .. });
-            let echoes = scan.returns.iter_mut().filter(|it| is_echo(it));
-            echoes.for_each(|echo| *echo = Return::Invalid);
+            for measured in &mut scan.returns {
+                let passes = match *measured {
+                    Return::Echo { .. } => false,
+                    Return::NoEcho { limit_m, sigma_m } => {
+                        self.readings.is_walkable(limit_m + sigma_m)
+                    }
+                    Return::TooClose | Return::Invalid => true,
+                };
+                if !passes {
+                    *measured = Return::Invalid;
+                }
+            }
         }
         let readings = self.readings.readings().iter();
         for (reading, is_kept) in readings.zip(&self.judgement.is_kept) {

@@ -269,7 +269,7 @@ mod tests {
                 sigma_m: 0.05,
                 ..model
             };
-            assert_eq!(narrow.density(0.2, 5.0), 0.0);
+            assert_eq!(narrow.density(0.2, 5.0).to_bits(), 0);
             let mut causes = narrow.causes(Measured {
                 range_m: 0.2,
                 ..MEASURED

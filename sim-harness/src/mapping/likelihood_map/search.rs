@@ -12,7 +12,7 @@ const PER_METRE: f64 = 1e9;
 
 /// A map of occupied cells, and the likelihood of the readings in it.
 ///
-/// Memory: 36 bytes per (cell, reading) pair, those of the readings included twice over.
+/// Memory: 28 bytes per (cell, reading) pair besides those of the readings.
 pub(super) struct Search<'a> {
     readings: &'a ConeReadings,
     is_used: &'a [bool],
@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
             if !self.is_used[*reading] {
                 continue;
             }
-            for cell in self.from_the_range(*reading) {
+            for cell in self.cells_by_misfit(*reading) {
                 if !core::mem::replace(&mut is_tried[cell], true) && self.try_flip(cell, &mut trial)
                 {
                     flips += 1;
@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
 
     /// The cells of a reading by their distance from its range, equally distant ones by row
     /// and column.
-    fn from_the_range(&self, number: usize) -> Vec<usize> {
+    fn cells_by_misfit(&self, number: usize) -> Vec<usize> {
         let reading = &self.readings.readings()[number];
         let mut cells: Vec<_> = reading
             .pairs()
@@ -208,10 +208,10 @@ impl<'a> Search<'a> {
             let range_m = self.readings.range_m(pair);
             let mean_m = sum_m / intervals.len() as f64;
             // NaN, so false, of the first cell.
-            if (range_m - mean_m).abs() >= self.gap_m {
-                if !obstacle(core::mem::take(&mut sum_m), intervals) {
-                    break;
-                }
+            if (range_m - mean_m).abs() >= self.gap_m
+                && !obstacle(core::mem::take(&mut sum_m), intervals)
+            {
+                break;
             }
             sum_m += range_m;
             intervals.push(self.bearings[pair]);
