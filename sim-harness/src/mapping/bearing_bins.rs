@@ -105,7 +105,7 @@ impl BearingBinParameters {
     }
 
     /// S of a cell.
-    fn score(&self, bins: &[Bin]) -> f64 {
+    fn score(&self, bins: &[BearingBin]) -> f64 {
         let count = bins.len();
         let hits = |index: usize| bins.get(index % count.max(1)).map_or(0.0, |bin| bin.hits);
         let score = bins.iter().enumerate().map(|(index, bin)| {
@@ -121,7 +121,7 @@ impl BearingBinParameters {
 
 /// What was counted from one bearing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Bin {
+struct BearingBin {
     /// Weighted hits (H).
     hits: f32,
     /// Weighted passes (M).
@@ -153,7 +153,7 @@ struct Bin {
 pub struct BearingBinMapper {
     rig: Rig,
     parameters: BearingBinParameters,
-    cells: Grid<Option<Box<[Bin]>>>,
+    cells: Grid<Option<Box<[BearingBin]>>>,
 }
 
 impl BearingBinMapper {
@@ -196,7 +196,7 @@ impl BearingBinMapper {
                     let Some(held) = cells.reach(seen.cell) else {
                         return;
                     };
-                    let blank = || vec![Bin::default(); parameters.bins].into_boxed_slice();
+                    let blank = || vec![BearingBin::default(); parameters.bins].into_boxed_slice();
                     let bins = held.get_or_insert_with(blank);
                     let bin = parameters.bin(heading_rad + seen.bearing_rad);
                     if let Some(bin) = bins.get_mut(bin) {
@@ -228,7 +228,7 @@ impl BearingBinParameters {
     }
 
     /// Counts a reading in the bin of a cell.
-    fn count(&self, bin: &mut Bin, cone: &Cone, seen: &SeenCell, echo_m: f64) {
+    fn count(&self, bin: &mut BearingBin, cone: &Cone, seen: &SeenCell, echo_m: f64) {
         let share = seen.bearing_rad / cone.half_angle_rad;
         let weight =
             |falloff: f64| (self.trust(seen.range_m) * libm::exp(-falloff * share * share)) as f32;

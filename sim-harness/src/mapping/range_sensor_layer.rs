@@ -137,7 +137,7 @@ impl RangeLayerMapper {
         for mounted in mount_returns(rig, scan) {
             let sensor = &mounted.mount.sensor;
             for (index, measured) in mounted.returns().enumerate() {
-                let reading = Reading {
+                let reading = PlacedReturn {
                     sensor,
                     view: View {
                         index,
@@ -157,12 +157,12 @@ impl RangeLayerMapper {
 }
 
 /// A return of a sensor and where it was measured.
-struct Reading<'a> {
+struct PlacedReturn<'a> {
     sensor: &'a Sensor,
     view: View,
 }
 
-impl Reading<'_> {
+impl PlacedReturn<'_> {
     /// Adds the return to the costs; whether all cells have a place in the lattice.
     fn add(&self, parameters: &RangeLayerParameters, costs: &mut Grid<u8>) -> bool {
         let band = costs.cell_m();

@@ -5,7 +5,6 @@ use std::path::Path;
 use crate::datasets::{Dataset, DriveFile, Kcma, PoseSource};
 use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::geometry::Pose2;
-use crate::pipeline::{DriveOptions, dataset_records};
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::{Cone, Directivity, Sensor};
 
@@ -114,19 +113,17 @@ pub(super) fn robond() -> (Rig, Vec<Record>) {
         poses: PoseSource::Odometry,
         calibration: None,
     };
-    let options = DriveOptions {
-        keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
-        mounts: Vec::new(),
-    };
+    let mut keyframes = Keyframes::new(0.10, 5_f64.to_radians());
+    let mut is_keyframe = false;
     let mut records = Vec::new();
-    let mut take = |record: &Record| records.push(record.clone());
-    dataset_records(
-        &Kcma as &dyn Dataset,
-        &drive,
-        &options,
-        &mut |_, _| {},
-        &mut take,
-    )
-    .unwrap();
+    let mut take = |record: &Record| {
+        if let Some(pose) = record.pose() {
+            is_keyframe = keyframes.take(&pose);
+        }
+        if is_keyframe {
+            records.push(record.clone());
+        }
+    };
+    Kcma.read(&drive, &mut |_, _| {}, &mut take).unwrap();
     (rig, records)
 }

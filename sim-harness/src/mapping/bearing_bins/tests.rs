@@ -17,7 +17,7 @@ fn mapped(returns: &[Return]) -> BearingBinMapper {
 }
 
 /// The bins of the cell on the axis about a distance.
-fn at(mapper: &BearingBinMapper, x: f64) -> Option<&[Bin]> {
+fn at(mapper: &BearingBinMapper, x: f64) -> Option<&[BearingBin]> {
     let cell = mapper.cells.cell_at(x, 0.05).unwrap();
     mapper.cells.get(cell).and_then(Option::as_deref)
 }
@@ -27,7 +27,7 @@ fn hits_and_passes_weigh_the_trust_in_their_distance_in_the_bin_of_their_bearing
     let mapper = mapped(&[echo(0.55)]);
     let hit = at(&mapper, 0.55).unwrap();
     assert!((f64::from(hit[0].hits) - SONAR.trust(0.55)).abs() < 1e-6);
-    assert!(hit[0].passes.abs() < 1e-9 && hit[1..].iter().all(|bin| *bin == Bin::default()));
+    assert!(hit[0].passes.abs() < 1e-9 && hit[1..].iter().all(|bin| *bin == BearingBin::default()));
     let pass = at(&mapper, 0.25).unwrap();
     assert!((f64::from(pass[0].passes) - SONAR.trust(0.25)).abs() < 1e-6);
     assert!((SONAR.trust(SONAR.trust_range_m) - 0.5).abs() < 1e-12);
@@ -52,8 +52,8 @@ fn bins_go_around_the_circle() {
 
 #[test]
 fn the_score_follows_the_closed_form() {
-    let mut bins = [Bin::default(); 24];
-    let score = |bins: &[Bin]| SONAR.score(bins);
+    let mut bins = [BearingBin::default(); 24];
+    let score = |bins: &[BearingBin]| SONAR.score(bins);
     bins[3].hits = 0.2;
     assert!((score(&bins) - 0.2).abs() < 1e-6);
     bins[3].hits = 5.0;
@@ -68,7 +68,7 @@ fn the_score_follows_the_closed_form() {
     bins[3].passes = 0.1;
     assert!((score(&bins) - (0.329 - 1.747 * 0.1)).abs() < 1e-6);
     // From beside them: half of the hits support it, across the circle's end too.
-    bins = [Bin::default(); 24];
+    bins = [BearingBin::default(); 24];
     bins[0].hits = 0.2;
     bins[23].passes = 0.1;
     let weight = 0.512 + (1.747 - 0.512) * 0.1 / 0.608;

@@ -37,32 +37,32 @@ const SIDES_BELOW_M: f64 = 3.0;
 pub struct BoxMapper<M> {
     mapper: M,
     /// Of each mount the axes of its returns; `None` for returns that are left as they are.
-    axes: Vec<Vec<Option<Axis>>>,
+    axes: Vec<Vec<Option<ReturnAxis>>>,
     cycle: Vec<RangeScan>,
     shortened: u64,
 }
 
 /// The axis of a return in the body frame.
 #[derive(Clone, Copy, Debug)]
-struct Axis {
+struct ReturnAxis {
     origin: Vector,
     direction: Vector,
     /// The side that it makes; `None` if it is shortened.
-    side: Option<Side>,
+    side: Option<BoxSide>,
     nearest_m: f64,
     farthest_m: f64,
 }
 
 /// A side of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
+enum BoxSide {
     Front,
     Left,
     Rear,
     Right,
 }
 
-impl Side {
+impl BoxSide {
     const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Rear, Self::Right];
 
     /// Unit vector from the robot towards the side.
@@ -78,15 +78,15 @@ impl Side {
 
 /// Distances of the four sides from the robot's origin, metres; infinite for an open side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sides([f64; 4]);
+struct BoxSides([f64; 4]);
 
-impl Sides {
+impl BoxSides {
     const OPEN: Self = Self([f64::INFINITY; 4]);
 
     /// Moves a side to a place that a reading found, if that is nearer.
-    fn take(&mut self, side: Side, found: Vector) {
+    fn take(&mut self, side: BoxSide, found: Vector) {
         let distance_m = found.dot(side.outward());
-        for (bound_m, of) in self.0.iter_mut().zip(Side::ALL) {
+        for (bound_m, of) in self.0.iter_mut().zip(BoxSide::ALL) {
             if of == side {
                 *bound_m = bound_m.min(distance_m);
             }
@@ -95,8 +95,8 @@ impl Sides {
 
     /// Distance along an axis to where it leaves the box, metres; infinite through an open
     /// side.
-    fn along(&self, axis: &Axis) -> f64 {
-        let to = self.0.iter().zip(Side::ALL).map(|(bound_m, side)| {
+    fn along(&self, axis: &ReturnAxis) -> f64 {
+        let to = self.0.iter().zip(BoxSide::ALL).map(|(bound_m, side)| {
             let speed = axis.direction.dot(side.outward());
             let rest_m = bound_m - axis.origin.dot(side.outward());
             if speed > 1e-9 {
@@ -109,7 +109,7 @@ impl Sides {
     }
 }
 
-impl Axis {
+impl ReturnAxis {
     /// The axes of the returns of a mount.
     fn of(mount: &SensorMount) -> Vec<Self> {
         let [nearest_m, within_rad] = match &mount.sensor {
@@ -128,14 +128,14 @@ impl Axis {
             let direction = Turn::by_radians_f64(bearing_rad)
                 .after(pose.heading)
                 .direction();
-            let is_along = |side: &Side| {
+            let is_along = |side: &BoxSide| {
                 let outward = side.outward();
                 libm::atan2(outward.cross(direction).abs(), outward.dot(direction)) < within_rad
             };
             Self {
                 origin: pose.position,
                 direction,
-                side: Side::ALL.into_iter().find(is_along),
+                side: BoxSide::ALL.into_iter().find(is_along),
                 nearest_m,
                 farthest_m: farthest_m(&mount.sensor),
             }
@@ -144,7 +144,7 @@ impl Axis {
     }
 
     /// The return shortened by the box; `None` if it stays as it is.
-    fn shortened(&self, sides: &Sides, measured: Return) -> Option<Return> {
+    fn shortened(&self, sides: &BoxSides, measured: Return) -> Option<Return> {
         let (reach_m, sigma_m) = match measured {
             Return::Echo { range_m, sigma_m } => (range_m, sigma_m),
             Return::NoEcho { limit_m, sigma_m } => (limit_m, sigma_m),
@@ -164,7 +164,7 @@ impl<M> BoxMapper<M> {
     #[must_use]
     pub fn new(mapper: M, rig: &Rig, is_mapped: impl Fn(&SensorMount) -> bool) -> Self {
         let axes = |mount: &SensorMount| {
-            let axes = Axis::of(mount).into_iter();
+            let axes = ReturnAxis::of(mount).into_iter();
             axes.map(|axis| is_mapped(mount).then_some(axis)).collect()
         };
         Self {
@@ -189,9 +189,9 @@ impl<M> BoxMapper<M> {
 
     /// The axes of the returns of a scan, in their order.
     fn axes_of<'a>(
-        axes: &'a [Vec<Option<Axis>>],
+        axes: &'a [Vec<Option<ReturnAxis>>],
         mounts: &Range<usize>,
-    ) -> impl Iterator<Item = &'a Option<Axis>> + use<'a, M> {
+    ) -> impl Iterator<Item = &'a Option<ReturnAxis>> + use<'a, M> {
         let of_mounts = axes.get(mounts.clone()).unwrap_or_default();
         of_mounts.iter().flatten()
     }
@@ -200,7 +200,7 @@ impl<M> BoxMapper<M> {
 impl<M: Mapper> BoxMapper<M> {
     /// Shortens the readings of the cycle and hands its scans on.
     fn end_cycle(&mut self) {
-        let mut sides = Sides::OPEN;
+        let mut sides = BoxSides::OPEN;
         for scan in &self.cycle {
             let axes = Self::axes_of(&self.axes, &scan.mounts);
             for (axis, measured) in axes.zip(&scan.returns) {

@@ -90,11 +90,11 @@ fn a_reading_without_an_echo_becomes_one_at_the_box_and_far_sides_are_open() {
 
 #[test]
 fn the_sides_follow_from_the_rig() {
-    let sides = |rig: &Rig| -> Vec<Vec<Option<Side>>> {
-        let axes = |mount| Axis::of(mount).iter().map(|axis| axis.side).collect();
+    let sides = |rig: &Rig| -> Vec<Vec<Option<BoxSide>>> {
+        let axes = |mount| ReturnAxis::of(mount).iter().map(|axis| axis.side).collect();
         rig.mounts.iter().map(axes).collect()
     };
-    use Side::{Front, Left, Rear, Right};
+    use BoxSide::{Front, Left, Rear, Right};
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs");
     let kcma = sides(&Rig::load(&root.join("kcma.toml")).unwrap());
     let expected = [Some(Right), None, None, Some(Front), Some(Front)];
