@@ -44,39 +44,39 @@ pub struct EchoJudgement {
 /// Cost: for each covered arc the readings of its cells. The order of the readings matters
 /// only within one stamp.
 pub(super) fn judge(readings: &ConeReadings) -> EchoJudgement {
-    let mut trial = Trial::new(readings);
+    let mut echoes = KeptEchoes::new(readings);
     let by_time = readings.by_time();
     let mut judgement = EchoJudgement::default();
     loop {
         judgement.rounds += 1;
-        let is_covered = |number: &usize| trial.is_covered(*number);
+        let is_covered = |number: &usize| echoes.is_covered(*number);
         let covered: Vec<usize> = by_time.iter().copied().filter(is_covered).collect();
         let before = judgement.removed_arcs + judgement.removed_wedges;
         for number in covered {
             // An earlier removal may have settled it.
-            if !trial.is_covered(number) {
+            if !echoes.is_covered(number) {
                 continue;
             }
-            let bad = trial.wedges_over_obstacles(number);
+            let bad = echoes.wedges_over_obstacles(number);
             if bad.is_empty() {
-                trial.remove(number);
+                echoes.remove(number);
                 judgement.removed_arcs += 1;
             }
             judgement.removed_wedges += bad.len();
-            bad.into_iter().for_each(|wedge| trial.remove(wedge));
+            bad.into_iter().for_each(|wedge| echoes.remove(wedge));
         }
         if judgement.removed_arcs + judgement.removed_wedges == before {
             break;
         }
     }
-    judgement.is_kept = trial.is_kept;
+    judgement.is_kept = echoes.is_kept;
     let kept = readings.readings().iter().zip(&judgement.is_kept);
     judgement.kept = kept.filter(|(it, is_kept)| it.is_echo && **is_kept).count();
     judgement
 }
 
 /// The echoes that are left, and how many of their wedges hold each cell.
-struct Trial<'a> {
+struct KeptEchoes<'a> {
     readings: &'a ConeReadings,
     index: CellIndex,
     pressures: Vec<SoundPressure>,
@@ -84,7 +84,7 @@ struct Trial<'a> {
     wedges: Vec<u32>,
 }
 
-impl<'a> Trial<'a> {
+impl<'a> KeptEchoes<'a> {
     fn new(readings: &'a ConeReadings) -> Self {
         let all = readings.readings();
         let mut wedges = vec![0; readings.cells().len()];

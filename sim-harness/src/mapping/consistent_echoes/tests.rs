@@ -57,13 +57,13 @@ fn no_arc_is_covered_afterwards_and_the_filter_changes_nothing_twice() {
         let removed = judgement.removed_arcs + judgement.removed_wedges;
         assert!(removed > 0, "{judgement:?}");
         assert_eq!(judgement.kept + removed, records.len());
-        let mut trial = Trial::new(&readings);
+        let mut echoes = KeptEchoes::new(&readings);
         for (number, is_kept) in judgement.is_kept.iter().enumerate() {
             if !is_kept {
-                trial.remove(number);
+                echoes.remove(number);
             }
         }
-        assert!((0..records.len()).all(|number| !trial.is_covered(number)));
+        assert!((0..records.len()).all(|number| !echoes.is_covered(number)));
         let kept = records.into_iter().zip(&judgement.is_kept);
         let kept = kept.filter_map(|(record, is_kept)| is_kept.then_some(record));
         let again = judge(&store(&kept.collect::<Vec<_>>(), directivity));

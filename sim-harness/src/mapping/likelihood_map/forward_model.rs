@@ -11,9 +11,9 @@ const LN_OF_NORMAL: f64 = -0.918_938_533_204_672_7;
 /// Standard deviation of a maximum reading over z_max.
 const MAXIMUM_SIGMA: f64 = 1e-3;
 
-/// An obstacle in a cone: a cluster of occupied cells.
+/// An obstacle in a cone: a cluster of occupied cells at about the same distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Obstacle {
+pub(super) struct Cluster {
     /// Mean distance of its cells, metres (d_k).
     pub(super) distance_m: f64,
     /// Probability that it is hit if nothing before it is (h_k).
@@ -100,7 +100,7 @@ impl ForwardModel {
 impl Causes<'_> {
     /// Adds the next obstacle, which is not nearer than those before. Returns whether
     /// enough readings pass it for a farther one to matter.
-    pub(super) fn add(&mut self, obstacle: Obstacle) -> bool {
+    pub(super) fn add(&mut self, obstacle: Cluster) -> bool {
         let prior = self.model.regular() * obstacle.hit * self.passed;
         let density = self
             .model
@@ -170,12 +170,12 @@ mod tests {
         limit_m: 5.0,
         is_maximum: false,
     };
-    const OBSTACLES: [Obstacle; 2] = [
-        Obstacle {
+    const OBSTACLES: [Cluster; 2] = [
+        Cluster {
             distance_m: 1.0,
             hit: 0.4,
         },
-        Obstacle {
+        Cluster {
             distance_m: 2.0,
             hit: 0.9,
         },
@@ -274,12 +274,27 @@ mod tests {
                 range_m: 0.2,
                 ..MEASURED
             });
-            causes.add(Obstacle {
+            causes.add(Cluster {
                 distance_m: 5.0,
                 hit: 0.9,
             });
             near(causes.log_likelihood(), -4.605_170_186);
         }
+    }
+
+    #[test]
+    fn g3_frozen_responsibilities_gain_nothing_from_an_obstacle_in_the_empty_map() {
+        // Equation 9 as printed: in the empty map the random cause alone is responsible,
+        // and its term is the same with an obstacle. The soft likelihood rises.
+        let model = model(Objective::Soft);
+        let empty = model.causes(MEASURED);
+        let mut with_obstacle = empty;
+        with_obstacle.add(OBSTACLES[1]);
+        let random = model.p_random / MEASURED.limit_m;
+        near(empty.sum, random);
+        let term = model.regular() * OBSTACLES[1].hit * model.density(1.95, 2.0);
+        near(libm::log(with_obstacle.sum - term), libm::log(random));
+        assert!(with_obstacle.log_likelihood() > empty.log_likelihood() + 5.0);
     }
 
     #[test]

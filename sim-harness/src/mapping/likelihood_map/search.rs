@@ -1,6 +1,6 @@
 //! The greedy search of the map of greatest likelihood.
 
-use super::forward_model::{ForwardModel, Measured, Obstacle, bearings, union_rad};
+use super::forward_model::{Cluster, ForwardModel, Measured, bearings, union_rad};
 use super::{LikelihoodParameters, Sweep};
 use crate::mapping::cone_readings::{CellIndex, ConeReadings};
 
@@ -194,7 +194,7 @@ impl<'a> Search<'a> {
             let coverage = (union_rad(intervals) / whole_rad).min(1.0);
             let distance_m = sum_m / intervals.len() as f64;
             intervals.clear();
-            causes.add(Obstacle {
+            causes.add(Cluster {
                 distance_m,
                 hit: least + (most - least) * coverage,
             })
