@@ -9,5 +9,7 @@ mod joined_recordings;
 #[cfg(target_os = "linux")]
 mod memory;
 mod nano_swarm;
+mod player;
 mod recordings;
+mod sharp_ir;
 mod stamps;
