@@ -4,10 +4,13 @@ use std::error::Error;
 use std::ops::Range;
 use std::path::PathBuf;
 
+use amiro_ipf::filter::Profile;
+use amiro_ipf::node::Config;
 use clap::Args;
 use sim_harness::RunError;
 use sim_harness::evaluation::{ComparisonError, MethodComparison, block_gain, chosen_scenarios};
 use sim_harness::mapping::Method;
+use sim_harness::rig::Rig;
 use sim_harness::world::{OdometryModel, Options, Physics};
 
 use super::arguments;
@@ -91,8 +94,11 @@ impl ComparisonArguments {
         options.validate().map_err(|error| format!("--{error}"))?;
         let scenarios = chosen_scenarios(&self.scenario)?;
         arguments::check_drives(scenarios.len(), &self.seeds)?;
-        if let Some(method) = self.methods.iter().find(|method| method.takes_beams) {
-            return Err(format!("--methods {method}: AMiRo's sensors give no beams").into());
+        let amiro = Rig::from(&Config::amiro(Profile::Paper));
+        for method in &self.methods {
+            if let Err(missing) = method.sensors.mounts(&amiro) {
+                return Err(format!("--methods {method} {missing}: AMiRo has others").into());
+            }
         }
         let calibration = arguments::calibration(self.gains.as_deref())?;
         let comparison = MethodComparison {

@@ -155,7 +155,7 @@ impl MethodComparison {
             let config = self.config(scenario, seed, method.profile.unwrap_or(Profile::Paper));
             let mut mapper = method.mapper(&Setup {
                 rig: &Rig::from(&config),
-                cell_m: scenario.cell_m,
+                lattice: scenario.cell_m.into(),
                 footprint: self.footprint,
                 no_echo: None,
                 extent: Some(scenario.extent),

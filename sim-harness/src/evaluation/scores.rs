@@ -5,6 +5,7 @@ use core::fmt;
 use serde::Serialize;
 
 use super::{Number, Truth};
+use crate::lattice::Cell;
 use crate::mapping::{Map, Occupancy};
 use crate::world::Vector;
 
@@ -155,6 +156,7 @@ fn expansion_m(step: u8) -> f64 {
 
 /// Cells of the map's size whose centres lie in the judged rectangle.
 fn judged_cells(map: &Map, truth: &Truth) -> u64 {
+    let (corner_x, corner_y) = map.lattice().corner(Cell { row: 0, column: 0 });
     let count = |min: f64, max: f64| {
         // Centres are at (index + 0.5) cells.
         let first = (min / map.cell_m() - 0.5 - ROUNDING_M).ceil();
@@ -162,7 +164,8 @@ fn judged_cells(map: &Map, truth: &Truth) -> u64 {
         (last - first + 1.0).max(0.0) as u64
     };
     let extent = truth.extent();
-    count(extent.min.x, extent.max.x) * count(extent.min.y, extent.max.y)
+    count(extent.min.x - corner_x, extent.max.x - corner_x)
+        * count(extent.min.y - corner_y, extent.max.y - corner_y)
 }
 
 fn surface_recall(map: &Map, truth: &Truth) -> Option<f64> {
@@ -183,9 +186,7 @@ fn is_found(map: &Map, place: Vector) -> bool {
         return false;
     };
     (low.row..=high.row)
-        .flat_map(|row| {
-            (low.column..=high.column).map(move |column| crate::lattice::Cell { row, column })
-        })
+        .flat_map(|row| (low.column..=high.column).map(move |column| Cell { row, column }))
         .filter(|cell| map.occupancy(*cell) == Occupancy::Occupied)
         .any(|cell| {
             let (x, y) = map.centre(cell);
@@ -250,7 +251,7 @@ mod tests {
         let mut map = Map::unknown(0.01);
         for row in -20..20 {
             for column in -20..40 {
-                let cell = crate::lattice::Cell { row, column };
+                let cell = Cell { row, column };
                 let (x, y) = map.centre(cell);
                 *map.reach(cell).unwrap() = Belief::of_probability(p_occ(Vector::new(x, y)));
             }

@@ -4,6 +4,7 @@ use super::{Belief, Map, Mapper};
 use crate::drive::Record;
 use crate::geometry::Rectangle;
 use crate::lattice::Cell;
+use crate::lattice::Lattice;
 
 /// Maps every cell of a rectangle as free, without regard to the readings.
 #[derive(Clone, Debug)]
@@ -15,8 +16,8 @@ impl AllFreeMapper {
     /// A mapper of all cells, square and of the given size, metres, that meet a rectangle;
     /// without one the map is empty.
     #[must_use]
-    pub fn new(cell_m: f64, extent: Option<&Rectangle>) -> Self {
-        let mut map = Map::unknown(cell_m);
+    pub fn new(lattice: impl Into<Lattice>, extent: Option<&Rectangle>) -> Self {
+        let mut map = Map::unknown(lattice);
         let Some(extent) = extent else {
             return Self { map };
         };

@@ -9,6 +9,7 @@ use amiro_ipf::random::Generator;
 use super::{Belief, Calculus, Counts, Evidence, FinishProgress, Grid, Map, Mapper};
 use crate::drive::{RangeScan, Record, Return};
 use crate::geometry::{Pose2, Vector};
+use crate::lattice::Lattice;
 use crate::rig::Rig;
 use crate::sensors::Sensor;
 
@@ -66,7 +67,7 @@ pub struct BeamMapper {
 impl BeamMapper {
     /// A mapper for the sensors of a rig, with cells of the given size, metres.
     #[must_use]
-    pub fn new(cell_m: f64, rig: &Rig, form: BeamForm) -> Self {
+    pub fn new(lattice: impl Into<Lattice>, rig: &Rig, form: BeamForm) -> Self {
         let farthest = rig.mounts.iter().filter_map(|mount| match &mount.sensor {
             Sensor::Scanner(scanner) => Some(scanner.range_m[1]),
             Sensor::Cone(cone) => Some(cone.range_m[1]),
@@ -87,7 +88,7 @@ impl BeamMapper {
             };
             (twice, PARTICLES)
         };
-        Self::with_parameters(cell_m, rig, parameters, count)
+        Self::with_parameters(lattice, rig, parameters, count)
     }
 
     /// A mapper with parameters of its own, and a number of particles, at most 2000.
@@ -100,7 +101,7 @@ impl BeamMapper {
         reason = "the parameters are constants of the program"
     )]
     pub fn with_parameters(
-        cell_m: f64,
+        lattice: impl Into<Lattice>,
         rig: &Rig,
         parameters: BeamFilterParameters,
         count: usize,
@@ -114,7 +115,7 @@ impl BeamMapper {
             rng: Generator::seeded(SEED),
             last: None,
             next: None,
-            counts: Grid::new(cell_m, Counts.blank()),
+            counts: Grid::new(lattice, Counts.blank()),
         }
     }
 
@@ -327,6 +328,7 @@ mod tests {
             half_angle_rad: 0.4,
             range_m: [0.0, 2.0],
             sigma_m: 0.01,
+            directivity: crate::sensors::Directivity::Piston,
         });
         let map = driven(&rig(cone), BeamForm::Moving, |_, to_wall_m| echo(to_wall_m));
         assert!(map.count(Occupancy::Free) > 0);

@@ -2,6 +2,7 @@
 
 use super::{Calculus, Counts, Evidence, Grid, Map, Mapper};
 use crate::drive::Record;
+use crate::lattice::Lattice;
 
 /// Counts the outcomes of a particle filter in a grid that is fixed in the world.
 ///
@@ -14,9 +15,9 @@ pub struct CountingMapper {
 impl CountingMapper {
     /// A mapper with square cells of the given size, metres.
     #[must_use]
-    pub fn new(cell_m: f64) -> Self {
+    pub fn new(lattice: impl Into<Lattice>) -> Self {
         Self {
-            counts: Grid::new(cell_m, Counts.blank()),
+            counts: Grid::new(lattice, Counts.blank()),
         }
     }
 }

@@ -46,10 +46,10 @@ impl<M> FootprintMapper<M> {
     /// A mapper with square cells of the given size, metres, for a hull of the given
     /// radius, metres; without a radius the map is the given mapper's.
     #[must_use]
-    pub fn new(mapper: M, cell_m: f64, hull_radius_m: Option<f64>) -> Self {
+    pub fn new(mapper: M, lattice: impl Into<Lattice>, hull_radius_m: Option<f64>) -> Self {
         let footprint = hull_radius_m.map(|radius_m| Footprint {
             radius_m,
-            lattice: Lattice::new(cell_m),
+            lattice: lattice.into(),
             cells: BTreeSet::new(),
             refused: 0,
             last: None,

@@ -18,7 +18,7 @@ const TILE: usize = 64;
 /// along a diagonal reaches 1.6 % of its rectangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<T> {
-    cell_m: f64,
+    lattice: Lattice,
     first: Cell,
     columns: usize,
     rows: usize,
@@ -51,18 +51,11 @@ fn span(low: i32, high: i32) -> usize {
 }
 
 impl<T: Clone> Grid<T> {
-    /// An empty grid of cells of the given size, metres; new cells are `blank`.
-    ///
-    /// # Panics
-    /// If the size is not a positive number.
+    /// An empty grid over the cells of a lattice; new cells are `blank`.
     #[must_use]
-    pub fn new(cell_m: f64, blank: T) -> Self {
-        assert!(
-            cell_m > 0.0 && cell_m.is_finite(),
-            "cell size must be positive, not {cell_m}"
-        );
+    pub fn new(lattice: impl Into<Lattice>, blank: T) -> Self {
         Self {
-            cell_m,
+            lattice: lattice.into(),
             first: Cell { row: 0, column: 0 },
             columns: 0,
             rows: 0,
@@ -77,7 +70,7 @@ impl<T: Clone> Grid<T> {
     /// Size of a cell, metres.
     #[must_use]
     pub fn cell_m(&self) -> f64 {
-        self.cell_m
+        self.lattice.cell_m()
     }
 
     /// Columns in store.
@@ -113,7 +106,7 @@ impl<T: Clone> Grid<T> {
     /// Where its cells lie.
     #[must_use]
     pub fn lattice(&self) -> Lattice {
-        Lattice::new(self.cell_m)
+        self.lattice
     }
 
     /// As [`Lattice::cell_at`].
@@ -267,7 +260,7 @@ impl<T: Clone> Grid<T> {
     /// The same grid with every cell converted.
     pub fn map<U: Clone>(&self, blank: U, convert: impl Fn(&T) -> U) -> Grid<U> {
         Grid {
-            cell_m: self.cell_m,
+            lattice: self.lattice,
             first: self.first,
             columns: self.columns,
             rows: self.rows,

@@ -19,6 +19,7 @@
 
 use super::{Belief, Calculus, Evidence, Grid, LogOdds, Map, Mapper};
 use crate::drive::{RangeScan, Record};
+use crate::lattice::Lattice;
 use crate::rig::Rig;
 use crate::sensors::{Region, View};
 
@@ -129,7 +130,11 @@ pub struct InverseSensorMapper {
 impl InverseSensorMapper {
     /// A mapper for the sensors of a rig, with cells of the given size, metres.
     #[must_use]
-    pub fn new(cell_m: f64, rig: &Rig, parameters: InverseSensorParameters) -> Self {
+    pub fn new(
+        lattice: impl Into<Lattice>,
+        rig: &Rig,
+        parameters: InverseSensorParameters,
+    ) -> Self {
         let calculus = LogOdds {
             limit: parameters.limit,
         };
@@ -137,7 +142,7 @@ impl InverseSensorMapper {
             rig: rig.clone(),
             parameters,
             calculus,
-            log_odds: Grid::new(cell_m, calculus.blank()),
+            log_odds: Grid::new(lattice, calculus.blank()),
         }
     }
 

@@ -27,12 +27,13 @@ pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use mapped_wall::MappedWall;
-pub use methods::{Method, Setup, UnknownMethod};
+pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
 pub use wall_map::{
     RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
 };
 
 use crate::drive::Record;
+use crate::lattice::Lattice;
 
 /// Makes a map of a drive's records.
 pub trait Mapper {
@@ -84,10 +85,10 @@ impl<M: Mapper + ?Sized> Mapper for Box<M> {
 pub type Map = Grid<Belief>;
 
 impl Map {
-    /// A map of unknown cells of the given size, metres.
+    /// A map of unknown cells.
     #[must_use]
-    pub fn unknown(cell_m: f64) -> Self {
-        Self::new(cell_m, Belief::UNKNOWN)
+    pub fn unknown(lattice: impl Into<Lattice>) -> Self {
+        Self::new(lattice, Belief::UNKNOWN)
     }
 
     /// Number of cells of a class.

@@ -95,7 +95,7 @@ impl MapPicture<'_> {
             .filter_map(|(x, y)| map.cell_at(x, y))
             .fold(self.window.unwrap_or(known), CellWindow::with)
             .widened(MARGIN_CELLS);
-        let grid = PixelGrid::new(&window, map.cell_m(), side_px);
+        let grid = PixelGrid::new(&window, map.lattice(), side_px);
         let mut drawing = grid.cells(map, &window);
         overlay.draw(&mut drawing, &grid);
         self.framed(&drawing, Some(grid.pixel_m()), map)

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::lattice::Cell;
+use crate::lattice::{Cell, Lattice};
 use crate::mapping::{Map, Occupancy};
 use crate::output::{self, WriteError};
 
@@ -51,7 +51,7 @@ impl MapServerPair {
         let window = CellWindow::known(map).unwrap_or(CellWindow::of(Cell { row: 0, column: 0 }));
         Self {
             pgm: pgm(map, &window),
-            yaml: yaml(map.cell_m(), window.low()),
+            yaml: yaml(map.lattice(), window.low()),
         }
     }
 
@@ -84,10 +84,12 @@ fn pgm(map: &Map, window: &CellWindow) -> Vec<u8> {
     file
 }
 
-fn yaml(cell_m: f64, low: Cell) -> String {
+fn yaml(lattice: Lattice, low: Cell) -> String {
     // To the nanometre: -0.29, not -0.29000000000000004.
-    let metres = |cells: i32| (f64::from(cells) * cell_m * 1e9).round() / 1e9;
-    let (x, y) = (metres(low.column), metres(low.row));
+    let rounded = |metres: f64| (metres * 1e9).round() / 1e9;
+    let (x, y) = lattice.corner(low);
+    let (x, y) = (rounded(x), rounded(y));
+    let cell_m = lattice.cell_m();
     format!(
         "image: {PICTURE}\n\
          mode: trinary\n\

@@ -1,5 +1,6 @@
 //! The cells of a map as pixels.
 
+use crate::lattice::Lattice;
 use crate::mapping::{Map, Occupancy};
 
 use super::cell_window::CellWindow;
@@ -42,7 +43,7 @@ pub(crate) struct PixelGrid {
 
 impl PixelGrid {
     /// The grid for a window, whose longer side has about `wanted_px`.
-    pub(crate) fn new(window: &CellWindow, cell_m: f64, wanted_px: usize) -> Self {
+    pub(crate) fn new(window: &CellWindow, lattice: Lattice, wanted_px: usize) -> Self {
         let cells = window.columns().max(window.rows());
         let fitting = (MAX_MAP_PX / cells).max(1);
         let block_px = (wanted_px / cells)
@@ -53,17 +54,15 @@ impl PixelGrid {
             window.columns().div_ceil(block_cells),
             window.rows().div_ceil(block_cells),
         );
-        let low = window.low();
+        let cell_m = lattice.cell_m();
+        let (left_m, bottom_m) = lattice.corner(window.low());
         Self {
             columns,
             rows,
             block_cells,
             block_px,
             pixel_m: cell_m * block_cells as f64 / block_px as f64,
-            corner_m: (
-                f64::from(low.column) * cell_m,
-                (f64::from(low.row) + (rows * block_cells) as f64) * cell_m,
-            ),
+            corner_m: (left_m, bottom_m + (rows * block_cells) as f64 * cell_m),
         }
     }
 

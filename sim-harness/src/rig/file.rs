@@ -12,7 +12,7 @@ use super::{Rig, SensorMount};
 use crate::bounded::read_at_most;
 use crate::escape::{lines_escaped, whole_escaped};
 use crate::geometry::Pose2;
-use crate::sensors::{Cone, Infrared, Scanner, Sensor};
+use crate::sensors::{Cone, Directivity, Infrared, Scanner, Sensor};
 
 /// Longest file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -108,6 +108,16 @@ struct ConeKeys {
     half_angle_deg: f64,
     range_m: [f64; 2],
     sigma_m: f64,
+    #[serde(default)]
+    directivity: DirectivityKey,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DirectivityKey {
+    #[default]
+    Piston,
+    Flat,
 }
 
 #[derive(Deserialize)]
@@ -218,6 +228,10 @@ fn cone(check: Check<'_>, keys: &ConeKeys) -> Result<Cone, RigError> {
         half_angle_rad: keys.half_angle_deg.to_radians(),
         range_m: keys.range_m,
         sigma_m: keys.sigma_m,
+        directivity: match keys.directivity {
+            DirectivityKey::Piston => Directivity::Piston,
+            DirectivityKey::Flat => Directivity::Flat,
+        },
     })
 }
 

@@ -11,6 +11,18 @@ pub struct Cone {
     pub range_m: [f64; 2],
     /// Standard deviation of a range, metres.
     pub sigma_m: f64,
+    /// How the echo's strength falls off the axis.
+    pub directivity: Directivity,
+}
+
+/// How the strength of an echo falls off the axis of a cone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Directivity {
+    /// As that of a round piston that sends and receives, a sonar's transducer.
+    #[default]
+    Piston,
+    /// Not at all, within the cone: light.
+    Flat,
 }
 
 /// Every cell whose centre lies in the cone up to the echo's far side, row by row.
@@ -31,11 +43,14 @@ impl RangeSensor for Cone {
             return false;
         };
         for (cell, seen) in cells {
-            let region = range.region(seen.norm());
+            let range_m = seen.norm();
+            let region = range.region(range_m);
             if let Some(region) = region.filter(|region| *region != Region::AtLimit) {
                 visit(SeenCell {
                     cell,
                     region,
+                    range_m,
+                    bearing_rad: libm::atan2(seen.y, seen.x),
                     weight: 1.0,
                     measured_m: range.measured_m,
                 });

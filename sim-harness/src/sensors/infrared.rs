@@ -71,6 +71,8 @@ impl RangeSensor for Infrared {
                 visit(SeenCell {
                     cell,
                     region,
+                    range_m,
+                    bearing_rad: libm::atan2(seen.y, seen.x),
                     weight: directivity,
                     measured_m: arc.measured_m,
                 });

@@ -9,7 +9,7 @@ use crate::drive::Return;
 use crate::geometry::{Pose2, Vector};
 use crate::lattice::{Cell, Lattice};
 
-pub use cone::Cone;
+pub use cone::{Cone, Directivity};
 pub use infrared::Infrared;
 pub use scanner::Scanner;
 pub use wall_law::{EndGradient, WallLaw, WallSegment};
@@ -25,6 +25,29 @@ pub enum Sensor {
     Scanner(Scanner),
 }
 
+/// A kind of sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorKind {
+    /// [`Sensor::Infrared`].
+    Infrared,
+    /// [`Sensor::Cone`].
+    Cone,
+    /// [`Sensor::Scanner`].
+    Scanner,
+}
+
+impl SensorKind {
+    /// The kind's name for several sensors.
+    #[must_use]
+    pub const fn plural(self) -> &'static str {
+        match self {
+            Self::Infrared => "infrared sensors",
+            Self::Cone => "cones",
+            Self::Scanner => "scanners",
+        }
+    }
+}
+
 /// A cell that a return is evidence about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenCell {
@@ -32,6 +55,11 @@ pub struct SeenCell {
     pub cell: Cell,
     /// Where the cell lies with regard to the measured range.
     pub region: Region,
+    /// Distance of its centre from the sensor, metres (r). Of a beam: the distance along it
+    /// at which the beam enters the cell.
+    pub range_m: f64,
+    /// Bearing of its centre off the sensor's axis, radians (theta); of a beam the beam's.
+    pub bearing_rad: f64,
     /// Weight of the evidence, in (0, 1]: 1 on the axis.
     pub weight: f64,
     /// The measured range in the cell's direction, or the limit without an echo, metres (z).
@@ -72,6 +100,37 @@ impl Sensor {
             Self::Infrared(infrared) => infrared,
             Self::Cone(cone) => cone,
             Self::Scanner(scanner) => scanner,
+        }
+    }
+
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> SensorKind {
+        match self {
+            Self::Infrared(_) => SensorKind::Infrared,
+            Self::Cone(_) => SensorKind::Cone,
+            Self::Scanner(_) => SensorKind::Scanner,
+        }
+    }
+
+    /// The cone in which it returns the nearest surface; `None` for a scanner.
+    ///
+    /// That of an infrared sensor is its lobe up to theta_max, which is crude: its range
+    /// depends on the bearing. Its limit is x_max, its directivity flat.
+    #[must_use]
+    pub fn cone(&self) -> Option<Cone> {
+        match self {
+            Self::Infrared(infrared) => {
+                let law = infrared.photometry();
+                Some(Cone {
+                    half_angle_rad: f64::from(law.theta_max_rad),
+                    range_m: [0.0, f64::from(law.x_max_m)],
+                    sigma_m: 0.0,
+                    directivity: Directivity::Flat,
+                })
+            }
+            Self::Cone(cone) => Some(*cone),
+            Self::Scanner(_) => None,
         }
     }
 

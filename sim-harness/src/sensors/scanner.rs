@@ -46,10 +46,12 @@ impl RangeSensor for Scanner {
         let Some(end) = at(range.measured_m) else {
             return false;
         };
-        let mut visit = |cell, region| {
+        let mut visit = |cell, region, range_m| {
             visit(SeenCell {
                 cell,
                 region,
+                range_m,
+                bearing_rad,
                 weight: 1.0,
                 measured_m: range.measured_m,
             });
@@ -68,10 +70,10 @@ impl RangeSensor for Scanner {
                 continue;
             }
             last = Some(cell);
-            visit(cell, region);
+            visit(cell, region, range_m);
         }
         if range.is_echo {
-            visit(end, Region::AtEcho);
+            visit(end, Region::AtEcho, range.measured_m);
         }
         true
     }

@@ -35,6 +35,7 @@ fn cone() -> Rig {
         half_angle_rad: 12.5_f64.to_radians(),
         range_m: [0.1, 5.0],
         sigma_m: 0.0,
+        directivity: crate::sensors::Directivity::Piston,
     }))
 }
 

@@ -23,8 +23,8 @@ const EDGE_ROUNDING: f64 = 1e-9;
 
 impl WallScene<'_> {
     /// The map, with cells of the given size, metres.
-    pub(super) fn draw(&self, cell_m: f64, progress: &mut dyn FnMut(FinishProgress)) -> Map {
-        let mut map = Map::unknown(cell_m);
+    pub(super) fn draw(&self, lattice: Lattice, progress: &mut dyn FnMut(FinishProgress)) -> Map {
+        let mut map = Map::unknown(lattice);
         let lattice = map.lattice();
         let rows = self.rows_in_reach(lattice);
         for (done, (row, spans)) in rows.iter().enumerate() {

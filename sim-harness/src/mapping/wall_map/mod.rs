@@ -58,6 +58,7 @@ use self::scene::WallScene;
 use self::tidy::MOST_TOGETHER;
 use super::{FinishProgress, Map, MappedWall, Mapper};
 use crate::drive::Record;
+use crate::lattice::Lattice;
 use crate::rig::Rig;
 
 pub use parameters::WallMapParameters;
@@ -91,14 +92,14 @@ impl WallMapper {
     /// A mapper with square cells of the given size, metres, for the infrared sensors of a
     /// robot.
     #[must_use]
-    pub fn new(cell_m: f64, rig: &Rig, parameters: WallMapParameters) -> Self {
+    pub fn new(lattice: impl Into<Lattice>, rig: &Rig, parameters: WallMapParameters) -> Self {
         Self {
             parameters,
             readings: Readings::new(rig, parameters),
             is_finished: false,
             walls: Vec::new(),
             gains: Vec::new(),
-            map: Map::unknown(cell_m),
+            map: Map::unknown(lattice),
         }
     }
 
@@ -142,7 +143,7 @@ impl Mapper for WallMapper {
             scene.give_births(progress);
             scene.settle(fitted);
         }
-        self.map = scene.draw(self.map.cell_m(), progress);
+        self.map = scene.draw(self.map.lattice(), progress);
         self.walls = mapped_walls(&mut scene);
         self.gains = sensor_gains(&scene, fitted);
         self.is_finished = true;

@@ -61,7 +61,7 @@ impl SegmentMapper {
             known: KnownWalls::new(f64::from(parameters.drop_evidence)),
             readings: Readings::new(setup.rig, drawing),
             walls: Vec::new(),
-            map: Map::unknown(setup.cell_m),
+            map: Map::unknown(setup.lattice),
         }
     }
 
@@ -120,7 +120,7 @@ impl Mapper for SegmentMapper {
         for wall in &self.walls {
             scene.change(&[(scene.next(), Some(wall.segment))]);
         }
-        self.map = scene.draw(self.map.cell_m(), progress);
+        self.map = scene.draw(self.map.lattice(), progress);
     }
 
     fn is_online(&self) -> bool {

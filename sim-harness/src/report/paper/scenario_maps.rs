@@ -88,7 +88,7 @@ impl ScenarioMaps {
             let config = conditions.config(scenario, method);
             let mut mapper = method.mapper(&Setup {
                 rig: &Rig::from(&config),
-                cell_m: scenario.cell_m,
+                lattice: scenario.cell_m.into(),
                 footprint: false,
                 no_echo: None,
                 extent: Some(scenario.extent),
