@@ -1,0 +1,35 @@
+//! Experiments of the papers on mapping: what they report, computed again.
+//!
+//! A servo scan ([`ServoScan`]) and flights of several drones ([`Flight`]) run the inverted
+//! particle filter for range beams over recordings. The others are simulated: a
+//! [`RangeWorld`] is measured by the sensors of a rig along a drive, and the records of the
+//! drive are mapped by the methods that a paper compares ([`specular_room`], [`corridor`]);
+//! [`odometry_lap`] compares ways to compute a robot's pose.
+
+mod cell_truth;
+mod check;
+mod corridor;
+mod error;
+mod flight;
+mod odometry_lap;
+mod range_drive;
+mod range_world;
+mod report;
+mod room_walls;
+mod servo_scan;
+mod specular_room;
+mod sweep;
+
+pub use cell_truth::{CellScores, CellTruth};
+pub use check::ExperimentCheck;
+pub use corridor::corridor;
+pub use error::ExperimentError;
+pub use flight::{Drone, Flight, FlightFigures, FlightForm, FlightRun, RUNS};
+pub use odometry_lap::odometry_lap;
+pub use range_drive::{DriftingOdometry, poses_along, simulated_records};
+pub use range_world::{RangeWorld, SonarEchoes};
+pub use report::ExperimentReport;
+pub use room_walls::{RoomWalls, WallsError};
+pub use servo_scan::{MaximumRange, ServoParticle, ServoScan, ServoScanFigures, ServoScanRun};
+pub use specular_room::specular_room;
+pub use sweep::{Sweep, SweepReading, sweeps};
