@@ -59,17 +59,26 @@ impl ExperimentsCommand {
             Experiment::Odometry(seeds) => (seeds, &[odometry_lap]),
             Experiment::All(seeds) => (seeds, &[specular_room, corridor, odometry_lap]),
         };
-        let mut checks = Vec::new();
+        let mut holds = true;
         for experiment in simulated {
-            let report = experiment(&seeds.seeds)?;
-            for line in &report.lines {
-                console::print(line);
-            }
+            let status = print_report(&experiment(&seeds.seeds)?);
+            holds &= matches!(status, ExitStatus::Good);
             console::print("");
-            checks.extend(report.checks);
         }
-        Ok(print_checks(&checks))
+        Ok(if holds {
+            ExitStatus::Good
+        } else {
+            ExitStatus::Failed
+        })
     }
+}
+
+/// Prints a table, what was to be shown, and whether it holds.
+pub(super) fn print_report(report: &ExperimentReport) -> ExitStatus {
+    for line in &report.lines {
+        console::print(line);
+    }
+    print_checks(&report.checks)
 }
 
 /// Prints what was to be shown and whether it holds.

@@ -89,7 +89,7 @@ impl Dataset for SharpIr {
             let wanted = drive.poses;
             return Err(DatasetError::NoSuchPoses { file, wanted });
         }
-        let mut sweep = Sweep {
+        let mut sweep = SweepOutput {
             scanner,
             stamp_us: 0,
             take,
@@ -135,13 +135,13 @@ fn sweep_file(path: &Path) -> Option<SweepFile> {
 }
 
 /// Hands on readings with their stamps.
-struct Sweep<'a> {
+struct SweepOutput<'a> {
     scanner: &'a Scanner,
     stamp_us: u64,
     take: &'a mut dyn FnMut(&Record),
 }
 
-impl Sweep<'_> {
+impl SweepOutput<'_> {
     fn reading(&mut self, bearing_rad: f64, measured: Return, period_us: u64) {
         let (stamp_us, world_from_body) = (self.stamp_us, Pose2::new(0.0, 0.0, bearing_rad));
         (self.take)(&Record::Pose {
@@ -167,7 +167,7 @@ impl Sweep<'_> {
 fn points(
     path: &Path,
     on_bytes: &mut dyn FnMut(u64, Option<u64>),
-    sweep: &mut Sweep<'_>,
+    sweep: &mut SweepOutput<'_>,
 ) -> Result<ReadRows, DatasetError> {
     let mut rows = ReadRows::default();
     let mut lines = [Lines::open(path)?, Lines::open(path)?];
@@ -216,7 +216,7 @@ fn points(
 fn distances(
     path: &Path,
     on_bytes: &mut dyn FnMut(u64, Option<u64>),
-    sweep: &mut Sweep<'_>,
+    sweep: &mut SweepOutput<'_>,
 ) -> Result<ReadRows, DatasetError> {
     let mut rows = ReadRows::default();
     let mut list = NumberRows::open(path, ROW)?;

@@ -17,6 +17,7 @@ mod range_world;
 mod report;
 mod room_walls;
 mod servo_scan;
+mod servo_scan_study;
 mod specular_room;
 mod sweep;
 
@@ -31,5 +32,6 @@ pub use range_world::{RangeWorld, SonarEchoes};
 pub use report::ExperimentReport;
 pub use room_walls::{RoomWalls, WallsError};
 pub use servo_scan::{MaximumRange, ServoParticle, ServoScan, ServoScanFigures, ServoScanRun};
+pub use servo_scan_study::ServoScanStudy;
 pub use specular_room::specular_room;
 pub use sweep::{Sweep, SweepReading, sweeps};
