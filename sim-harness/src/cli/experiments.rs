@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use sim_harness::console;
 use sim_harness::experiments::{
     ExperimentCheck, ExperimentError, ExperimentReport, corridor, odometry_lap, specular_room,
+    two_sensors,
 };
 
 use super::experiments_servo_scan::ServoScanCommand;
@@ -31,6 +32,9 @@ enum Experiment {
     /// Simulate a corridor and the box around the robot (Ivanjko, Petrovic and Macek 2003).
     #[command(name = "002")]
     Corridor(Seeds),
+    /// Simulate hallways for a laser and sonars, a layer each (Lee).
+    #[command(name = "004")]
+    TwoSensors(Seeds),
     /// Simulate a lap with wrong wheels and a compass (Ivanjko, Petrovic and Macek 2003).
     Odometry(Seeds),
     /// All that are simulated.
@@ -56,8 +60,11 @@ impl ExperimentsCommand {
             Experiment::Sharing(command) => return command.run(),
             Experiment::SpecularRoom(seeds) => (seeds, &[specular_room]),
             Experiment::Corridor(seeds) => (seeds, &[corridor]),
+            Experiment::TwoSensors(seeds) => (seeds, &[two_sensors]),
             Experiment::Odometry(seeds) => (seeds, &[odometry_lap]),
-            Experiment::All(seeds) => (seeds, &[specular_room, corridor, odometry_lap]),
+            Experiment::All(seeds) => {
+                (seeds, &[specular_room, corridor, two_sensors, odometry_lap])
+            }
         };
         let mut holds = true;
         for experiment in simulated {

@@ -3,7 +3,7 @@
 //! A servo scan ([`ServoScan`]) and flights of several drones ([`Flight`]) run the inverted
 //! particle filter for range beams over recordings. The others are simulated: a
 //! [`RangeWorld`] is measured by the sensors of a rig along a drive, and the records of the
-//! drive are mapped by the methods that a paper compares ([`specular_room`], [`corridor`]);
+//! drive are mapped by the methods that a paper compares ([`specular_room`], [`corridor`], [`two_sensors`]);
 //! [`odometry_lap`] compares ways to compute a robot's pose.
 
 mod cell_truth;
@@ -20,6 +20,7 @@ mod servo_scan;
 mod servo_scan_study;
 mod specular_room;
 mod sweep;
+mod two_sensors;
 
 pub use cell_truth::{CellScores, CellTruth};
 pub use check::ExperimentCheck;
@@ -35,3 +36,4 @@ pub use servo_scan::{MaximumRange, ServoParticle, ServoScan, ServoScanFigures, S
 pub use servo_scan_study::ServoScanStudy;
 pub use specular_room::specular_room;
 pub use sweep::{Sweep, SweepReading, sweeps};
+pub use two_sensors::two_sensors;
