@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sim_harness::datasets::{DriveFile, PoseSource, SharpIr};
-use sim_harness::experiments::{MaximumRange, ServoScanRun, ServoScanStudy, Sweep, sweeps};
+use sim_harness::experiments::{MaximumRange, ServoScanRun, ServoScanStudy, ServoSweep, sweeps};
 use sim_harness::report::{Picture, beside, servo_scan_picture};
 use sim_harness::rig::Rig;
 use sim_harness::{console, output};
@@ -65,7 +65,7 @@ impl ServoScanCommand {
     }
 }
 
-fn picture(maximum: MaximumRange, run: &ServoScanRun, sweep: &Sweep) -> Picture {
+fn picture(maximum: MaximumRange, run: &ServoScanRun, sweep: &ServoSweep) -> Picture {
     let mut classes: [Vec<(f64, f64)>; 3] = Default::default();
     for particle in &run.particles {
         let class = usize::from(!particle.is_low()) + usize::from(particle.is_high());

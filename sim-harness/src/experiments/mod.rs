@@ -18,8 +18,8 @@ mod report;
 mod room_walls;
 mod servo_scan;
 mod servo_scan_study;
+mod servo_sweep;
 mod specular_room;
-mod sweep;
 mod two_sensors;
 
 pub use cell_truth::{CellScores, CellTruth};
@@ -34,6 +34,6 @@ pub use report::ExperimentReport;
 pub use room_walls::{RoomWalls, WallsError};
 pub use servo_scan::{MaximumRange, ServoParticle, ServoScan, ServoScanFigures, ServoScanRun};
 pub use servo_scan_study::ServoScanStudy;
+pub use servo_sweep::{ServoSweep, SweepReading, sweeps};
 pub use specular_room::specular_room;
-pub use sweep::{Sweep, SweepReading, sweeps};
 pub use two_sensors::two_sensors;

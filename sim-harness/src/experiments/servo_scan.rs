@@ -9,7 +9,7 @@ use amiro_ipf::filter::ParameterError;
 use amiro_ipf::geometry::{Angle, Motion, Pose};
 use amiro_ipf::random::Generator;
 
-use super::{Sweep, SweepReading};
+use super::{ServoSweep, SweepReading};
 use crate::drive::Return;
 use crate::geometry::Vector;
 
@@ -113,7 +113,7 @@ impl ServoScan {
     ///
     /// # Errors
     /// A parameter outside its range: none of the program's own is.
-    pub fn run(&self, sweep: &Sweep) -> Result<ServoScanRun, ParameterError> {
+    pub fn run(&self, sweep: &ServoSweep) -> Result<ServoScanRun, ParameterError> {
         let parameters = self.parameters();
         let model = BeamModel::new(parameters)?;
         let mut rng = Generator::seeded(self.seed);
@@ -195,7 +195,7 @@ impl ServoParticle {
 impl ServoScan {
     fn figures(
         &self,
-        sweep: &Sweep,
+        sweep: &ServoSweep,
         start: &[ServoParticle],
         found: &[ServoParticle],
     ) -> ServoScanFigures {
@@ -224,7 +224,7 @@ impl ServoScan {
     }
 
     /// Largest change of a weight beside the sector, where no beam with its tolerance reaches.
-    fn outside_change(&self, sweep: &Sweep, found: &[ServoParticle]) -> f64 {
+    fn outside_change(&self, sweep: &ServoSweep, found: &[ServoParticle]) -> f64 {
         let tolerance_m = f64::from(self.parameters().beam_tolerance_m);
         let nearest_m = tolerance_m / libm::sin(BESIDE_RAD);
         let [first_rad, last_rad] = sweep.sector();
@@ -241,7 +241,7 @@ fn bearing_rad(place: Vector) -> f64 {
 }
 
 /// Whether a place is before the reading nearest in direction, by more than 5 cm.
-fn is_free(sweep: &Sweep, place: Vector) -> bool {
+fn is_free(sweep: &ServoSweep, place: Vector) -> bool {
     let bearing_rad = bearing_rad(place);
     let [first_rad, last_rad] = sweep.sector();
     let reading = sweep.towards(bearing_rad);

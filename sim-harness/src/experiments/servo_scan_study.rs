@@ -6,7 +6,7 @@ use amiro_ipf::filter::ParameterError;
 
 use super::{
     ExperimentCheck, ExperimentReport, MaximumRange, ServoScan, ServoScanFigures, ServoScanRun,
-    Sweep,
+    ServoSweep,
 };
 
 /// Sweeps with fewer echoes are passed over.
@@ -28,7 +28,7 @@ pub struct ServoScanStudy {
     /// The runs over the sweep that is shown, with the largest number of particles.
     pub shown: Vec<(MaximumRange, ServoScanRun)>,
     /// That sweep: one with echoes and with readings without, where there are such.
-    pub sweep: Sweep,
+    pub sweep: ServoSweep,
 }
 
 impl ServoScanStudy {
@@ -36,12 +36,12 @@ impl ServoScanStudy {
     ///
     /// # Errors
     /// As [`ServoScan::run`].
-    pub fn new(all: &[Sweep], seed: u64) -> Result<Option<Self>, ParameterError> {
-        let used: Vec<&Sweep> = all
+    pub fn new(all: &[ServoSweep], seed: u64) -> Result<Option<Self>, ParameterError> {
+        let used: Vec<&ServoSweep> = all
             .iter()
             .filter(|it| it.echoes() >= LEAST_ECHOES)
             .collect();
-        let both = |sweep: &&&Sweep| sweep.echoes().min(sweep.readings.len() - sweep.echoes());
+        let both = |sweep: &&&ServoSweep| sweep.echoes().min(sweep.readings.len() - sweep.echoes());
         let Some(sweep) = used.iter().max_by_key(both) else {
             return Ok(None);
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use sim_harness::datasets::{DriveFile, PoseSource, SharpIr};
 use sim_harness::experiments::{
     Flight, FlightFigures, FlightForm, MaximumRange, RUNS, RoomWalls, ServoScan, ServoScanFigures,
-    Sweep, sweeps,
+    ServoSweep, sweeps,
 };
 use sim_harness::rig::Rig;
 
@@ -14,7 +14,7 @@ use crate::common::{recordings, report_skipped, root};
 const SEED: u64 = 100;
 
 /// The sweeps of a recording with more than 10 echoes.
-fn recorded_sweeps(file: &Path) -> Vec<Sweep> {
+fn recorded_sweeps(file: &Path) -> Vec<ServoSweep> {
     let rig = Rig::load(&root().join("rigs/sharp_ir.toml")).unwrap();
     let drive = DriveFile {
         path: file,
@@ -29,7 +29,7 @@ fn recorded_sweeps(file: &Path) -> Vec<Sweep> {
 }
 
 fn scanned(
-    all: &[Sweep],
+    all: &[ServoSweep],
     particles: usize,
     passes: usize,
     maximum: MaximumRange,
@@ -38,7 +38,7 @@ fn scanned(
         particles,
         passes,
         maximum,
-        limit_m: all.iter().filter_map(Sweep::limit_m).reduce(f64::max),
+        limit_m: all.iter().filter_map(ServoSweep::limit_m).reduce(f64::max),
         seed: SEED,
     };
     all.iter().fold(ServoScanFigures::default(), |sum, sweep| {

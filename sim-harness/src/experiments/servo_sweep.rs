@@ -27,12 +27,12 @@ impl SweepReading {
 
 /// The readings of one sweep, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sweep {
+pub struct ServoSweep {
     /// The readings.
     pub readings: Vec<SweepReading>,
 }
 
-impl Sweep {
+impl ServoSweep {
     /// Number of readings with an echo.
     #[must_use]
     pub fn echoes(&self) -> usize {
@@ -80,10 +80,10 @@ impl Sweep {
 pub fn sweeps(
     dataset: &dyn Dataset,
     drive: &DriveFile<'_>,
-) -> Result<(Vec<Sweep>, ReadRows), DatasetError> {
-    let mut all = vec![Sweep::default()];
+) -> Result<(Vec<ServoSweep>, ReadRows), DatasetError> {
+    let mut all = vec![ServoSweep::default()];
     let rows = dataset.read(drive, &mut |_, _| {}, &mut |record| match record {
-        Record::OdometryReset { .. } => all.push(Sweep::default()),
+        Record::OdometryReset { .. } => all.push(ServoSweep::default()),
         Record::Scan(scan) => {
             if let (Some(sweep), Some(measured)) = (all.last_mut(), scan.returns.first()) {
                 sweep.readings.push(SweepReading {
