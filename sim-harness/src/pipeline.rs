@@ -6,7 +6,9 @@
 
 mod drive;
 
-pub use drive::{DriveFigures, DriveOptions, DriveSummary, NothingMapped, dataset_records};
+pub use drive::{
+    DriveFigures, DriveOptions, DriveSummary, KeyframeShare, NothingMapped, dataset_records,
+};
 
 use amiro_ipf::node::{Config, Input};
 

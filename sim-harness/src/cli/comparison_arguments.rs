@@ -96,7 +96,7 @@ impl ComparisonArguments {
         arguments::check_drives(scenarios.len(), &self.seeds)?;
         let amiro = Rig::from(&Config::amiro(Profile::Paper));
         for method in &self.methods {
-            if let Err(missing) = method.sensors.mounts(&amiro) {
+            if let Err(missing) = method.sensors.mounts(&amiro, &amiro.mounts_named(&[])) {
                 return Err(format!("--methods {method} {missing}: AMiRo has others").into());
             }
         }

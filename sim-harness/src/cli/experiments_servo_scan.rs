@@ -44,6 +44,7 @@ impl ServoScanCommand {
             rig: &rig,
             poses: PoseSource::Odometry,
             calibration: None,
+            profile: None,
         };
         let (all, rows) = sweeps(&SharpIr, &drive)?;
         if rows.refused.count > 0 {

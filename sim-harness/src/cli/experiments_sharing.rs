@@ -6,9 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sim_harness::console;
 use sim_harness::datasets::{DriveFile, PoseSource};
-use sim_harness::experiments::{
-    ExperimentCheck, Flight, FlightFigures, FlightForm, RUNS, RoomWalls,
-};
+use sim_harness::experiments::{ExperimentCheck, Flight, FlightFigures, FlightForm, RUNS};
 use sim_harness::rig::Rig;
 
 use super::experiments::print_checks;
@@ -33,14 +31,14 @@ impl SharingCommand {
         let rig = Rig::load(&self.rig)?;
         let mut flights = Vec::new();
         for run in RUNS {
-            let walls = RoomWalls::load(&self.drive.join(run.walls))?;
             let drive = DriveFile {
                 path: &self.drive.join(run.folder),
                 rig: &rig,
                 poses: PoseSource::MotionCapture,
                 calibration: None,
+                profile: None,
             };
-            flights.push((run, Flight::read(&drive, walls)?));
+            flights.push((run, Flight::read(&drive)?));
         }
         console::print(
             "                          nearest obstacle, cm          particles   walls found",

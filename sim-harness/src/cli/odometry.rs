@@ -111,6 +111,7 @@ impl OdometryCommand {
             rig,
             poses,
             calibration: None,
+            profile: None,
         };
         let mut by_stamp = BTreeMap::new();
         let mut take = |record: &sim_harness::drive::Record| {

@@ -3,23 +3,27 @@
 //! The inputs of a recording pass through the step scheduler of the node, under the
 //! configuration of the recording, or the default where it has none. Each step gives its
 //! pose and one scan of all eight sensors: the records that the inverse sensor models of
-//! a comparison get. No particle exists, and what a board answered is not read.
+//! a comparison get. What a board answered is not read; with a profile, the filter of the
+//! host runs and its outcomes follow each scan.
 //!
 //! A step lies 10 mm behind the one before: every step is mapped unless the user asks
 //! otherwise, and cells have 10 mm.
 
 use std::path::Path;
 
-use amiro_ipf::node::Config;
+use amiro_ipf::node::{Config, Input};
 
 use super::error::shown;
 use super::{
     Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, RefusedRows, UsualMapping,
 };
-use crate::RunOutcome;
-use crate::drive::{InputCheck, Keyframes, Record, StepRecords, replayed_config};
+use crate::drive::{
+    FilterRecords, InputCheck, Keyframes, Record, StepRecords, TrueWorld, replayed_config,
+};
 use crate::log::{Format, Refusals, StoredRecording, head_of, is_of_an_amiro};
 use crate::rig::Rig;
+use crate::world::Scenario;
+use crate::{RunOutcome, run_streamed};
 
 /// The format; see the module.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +50,23 @@ impl Dataset for Amiro {
             keyframes: Keyframes::new(0.0, 0.0),
             cell_mm: 10,
         }
+    }
+
+    fn usual_rig(&self) -> Option<&'static str> {
+        Some(include_str!("../../../rigs/amiro.toml"))
+    }
+
+    /// The scenario of a simulated drive.
+    fn true_world(&self, path: &Path) -> Result<Option<TrueWorld>, DatasetError> {
+        let recording = StoredRecording::open(path, |_, _| {})?;
+        let truth = recording.overview().truth.as_ref();
+        let text = truth.and_then(|truth| truth.scenario.as_deref());
+        let scenario = text.map(Scenario::parse).transpose();
+        let scenario = scenario.map_err(|source| DatasetError::Scenario {
+            file: shown(path),
+            source,
+        })?;
+        Ok(scenario.map(|it| TrueWorld::Scenario(Box::new(it))))
     }
 
     fn recognises(&self, path: &Path) -> bool {
@@ -76,18 +97,28 @@ impl Dataset for Amiro {
         let refused = refused_rows(&file, &overview.refusals);
         let (format, inputs) = (overview.format, overview.inputs);
         let length = recording.length();
-        let mut steps = StepRecords::new(config);
         let mut check = InputCheck::default();
-        let mut outcome = RunOutcome::default();
         let mut rows = recording.inputs(|bytes| on_bytes(length + bytes, Some(2 * length)))?;
-        for input in rows.by_ref() {
-            check.take(&input);
-            if let Err(fault) = steps.take(&input, take) {
-                outcome.count(fault);
+        let inputs_read = rows.by_ref().inspect(|input| check.take(input));
+        let outcome = match drive.profile {
+            Some(profile) => {
+                config.parameters = profile.parameters();
+                let mut records = FilterRecords::new(&config);
+                let run = run_streamed(
+                    &config,
+                    inputs_read,
+                    |event| records.translate(event, take),
+                    |_, _| {},
+                );
+                run.map_err(|source| DatasetError::Run {
+                    file: file.clone(),
+                    source,
+                })?
             }
-        }
+            None => steps_of(config, inputs_read, take),
+        };
         rows.finish()?;
-        if let Some(reason) = check.finish(&config, steps.steps().into(), outcome.faults()) {
+        if let Some(reason) = check.finish(&config, outcome.steps.into(), outcome.faults()) {
             return Err(DatasetError::NoSteps { file, reason });
         }
         let refusal = |(fault, count)| format!("{count} inputs refused: {fault:?}, {fault}");
@@ -102,6 +133,23 @@ impl Dataset for Amiro {
             notes,
         })
     }
+}
+
+/// The records of the steps alone, without a filter.
+fn steps_of(
+    config: Config,
+    inputs: impl Iterator<Item = Input>,
+    take: &mut dyn FnMut(&Record),
+) -> RunOutcome {
+    let mut steps = StepRecords::new(config);
+    let mut outcome = RunOutcome::default();
+    for input in inputs {
+        if let Err(fault) = steps.take(&input, take) {
+            outcome.count(fault);
+        }
+    }
+    outcome.steps = steps.steps();
+    outcome
 }
 
 fn refused_rows(file: &str, refusals: &Refusals) -> RefusedRows {

@@ -11,6 +11,25 @@ use crate::log::{LogError, Place};
 /// Why a drive was not read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
+    /// The scenario in a simulated recording cannot be used.
+    #[error("{file}, the scenario in it: {source}")]
+    Scenario {
+        /// The file's name, escaped.
+        file: String,
+        /// What is wrong.
+        source: crate::world::ScenarioError,
+    },
+    /// The filter does not run under the recording's configuration.
+    #[error("{file}: {source}")]
+    Run {
+        /// The file's name, escaped.
+        file: String,
+        /// What is wrong.
+        source: crate::RunError,
+    },
+    /// A file of walls beside the recording cannot be used.
+    #[error(transparent)]
+    Walls(crate::drive::WallFileError),
     /// A file cannot be read.
     #[error("{file}: {source}")]
     Read {

@@ -19,7 +19,7 @@ use super::error::shown;
 use super::fields::{measured_m, numbers, ranges, same_stamp};
 use super::lines::Lines;
 use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
-use crate::drive::{Keyframes, RangeScan, Record, Return};
+use crate::drive::{Keyframes, RangeScan, Record, Return, TrueWorld};
 use crate::geometry::Pose2;
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::Sensor;
@@ -62,6 +62,16 @@ impl Dataset for Kcma {
             keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
             cell_mm: 100,
         }
+    }
+
+    fn usual_rig(&self) -> Option<&'static str> {
+        Some(include_str!("../../../rigs/kcma.toml"))
+    }
+
+    /// The laser, if the drive has one.
+    fn true_world(&self, path: &Path) -> Result<Option<TrueWorld>, DatasetError> {
+        let has_laser = path.join("laser.txt").is_file();
+        Ok(has_laser.then_some(TrueWorld::Scanner))
     }
 
     fn recognises(&self, path: &Path) -> bool {

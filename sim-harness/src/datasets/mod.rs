@@ -27,7 +27,9 @@ use std::path::Path;
 
 use error::shown;
 
-use crate::drive::{Keyframes, Record, RingCalibration};
+use amiro_ipf::filter::Profile;
+
+use crate::drive::{Keyframes, Record, RingCalibration, TrueWorld};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
@@ -44,6 +46,9 @@ pub struct DriveFile<'a> {
     pub poses: PoseSource,
     /// Alpha and gains of the sensors of an AMiRo, in place of those of the recording.
     pub calibration: Option<RingCalibration>,
+    /// The profile of the inverse particle filter whose outcomes are wanted between the
+    /// scans; a format of other robots than the AMiRo has none to give.
+    pub profile: Option<Profile>,
 }
 
 /// What a drive of a format is mapped with where nothing else is asked for.
@@ -76,6 +81,21 @@ pub trait Dataset: Sync {
 
     /// How a drive is mapped where nothing else is asked for.
     fn usual(&self) -> UsualMapping;
+
+    /// The robot that the recordings of this format usually are of, as the text of a rig
+    /// file; `None` if there is no usual one.
+    fn usual_rig(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Where the surfaces around this drive are known from, as far as the recording itself or
+    /// the files beside it tell.
+    ///
+    /// # Errors
+    /// What should tell is there and cannot be used.
+    fn true_world(&self, _path: &Path) -> Result<Option<TrueWorld>, DatasetError> {
+        Ok(None)
+    }
 
     /// Whether the file or folder is of this format; reads names and heads only.
     fn recognises(&self, path: &Path) -> bool;

@@ -16,7 +16,7 @@
 //! x, y \[m\] and heading \[rad\] in the body frame of the scan's pose.
 //!
 //! The range of a beam is d / cos(column). A rig of four cones in place of the four rows
-//! gets the shortest range of each row: a wide sensor. The drones of a recording are read
+//! gets the shortest range of each row: a wide sensor; a rig may have both, rows first. The drones of a recording are read
 //! one after the other, with a reset of the odometry between them. The recording has no
 //! time: a frame lasts 2/15 s, and nothing lies between two scans.
 
@@ -27,7 +27,7 @@ use super::error::shown;
 use super::fields::{measured_m, numbers_of};
 use super::lines::Lines;
 use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
-use crate::drive::{Keyframes, RangeScan, Record, Return};
+use crate::drive::{Keyframes, RangeScan, Record, Return, TrueWorld};
 use crate::escape::escaped;
 use crate::geometry::{Pose2, Vector};
 use crate::rig::{Rig, SensorMount};
@@ -79,6 +79,33 @@ impl Dataset for NanoSwarm {
             keyframes: Keyframes::new(0.0, 0.0),
             cell_mm: 50,
         }
+    }
+
+    fn usual_rig(&self) -> Option<&'static str> {
+        Some(include_str!("../../../rigs/nano_swarm_both.toml"))
+    }
+
+    /// The walls of the environment that the repository's notebook gives for a run, from the
+    /// files of walls beside the experiments.
+    fn true_world(&self, path: &Path) -> Result<Option<TrueWorld>, DatasetError> {
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
+        let Some((experiment, run)) = path.parent().and_then(name).zip(name(&path)) else {
+            return Ok(None);
+        };
+        let walls = match (experiment.as_str(), run.as_str()) {
+            ("exp1", "two-drones") => "walls_env1a.csv",
+            ("exp1", "four-drones") => "walls_env1b.csv",
+            ("exp2", _) => "walls_env2.csv",
+            _ => return Ok(None),
+        };
+        let walls = path
+            .parent()
+            .and_then(Path::parent)
+            .map(|it| it.join(walls));
+        let walls = walls.filter(|walls| walls.is_file());
+        let world = walls.as_deref().map(TrueWorld::load_walls).transpose();
+        world.map_err(DatasetError::Walls)
     }
 
     fn recognises(&self, path: &Path) -> bool {
@@ -305,8 +332,10 @@ fn hand_on(
         stamp_us,
         world_from_body,
     });
-    let rows = rig.mounts.iter().zip(millimetres.chunks_exact(COLUMNS));
-    let mut returns = Vec::with_capacity(SENSORS * COLUMNS);
+    // The cones of a rig with both follow its rows.
+    let rows = millimetres.chunks_exact(COLUMNS).cycle();
+    let rows = rig.mounts.iter().zip(rows);
+    let mut returns = Vec::with_capacity(rig.mounts.len() * COLUMNS);
     for (mount, row) in rows {
         match &mount.sensor {
             Sensor::Scanner(scanner) => returns.extend(row.iter().enumerate().map(|(k, mm)| {
@@ -325,7 +354,7 @@ fn hand_on(
     take(&Record::Scan(RangeScan {
         stamp_us,
         world_from_body,
-        mounts: 0..SENSORS,
+        mounts: 0..rig.mounts.len(),
         returns,
         signals: Vec::new(),
     }));
@@ -361,8 +390,15 @@ fn check_rig(rig: &Rig) -> Result<(), DatasetError> {
         _ => false,
     };
     let is_cone = |mount: &SensorMount| matches!(mount.sensor, Sensor::Cone(_));
-    if rig.mounts.len() == SENSORS
-        && (rig.mounts.iter().all(is_row) || rig.mounts.iter().all(is_cone))
+    let (first, rest) = rig.mounts.split_at(rig.mounts.len().min(SENSORS));
+    let has_rows = first.iter().all(is_row);
+    let has_cones = |mounts: &[SensorMount]| mounts.iter().all(is_cone);
+    if first.len() == SENSORS
+        && match rest.len() {
+            0 => has_rows || has_cones(first),
+            SENSORS => has_rows && has_cones(rest),
+            _ => false,
+        }
     {
         return Ok(());
     }
@@ -370,7 +406,7 @@ fn check_rig(rig: &Rig) -> Result<(), DatasetError> {
         rig: rig.name.clone(),
         needed: format!(
             "the recording needs {SENSORS} scanners of {COLUMNS} beams from 19.7 to -19.7 degrees, \
-             or {SENSORS} cones, in the order front, back, left, right"
+             or {SENSORS} cones, or both, in the order front, back, left, right"
         ),
     })
 }

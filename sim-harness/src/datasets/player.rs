@@ -76,6 +76,11 @@ impl Dataset for Player {
         }
     }
 
+    /// A robot with sonars and a laser; rows of what a log lacks are not missed.
+    fn usual_rig(&self) -> Option<&'static str> {
+        Some(include_str!("../../../rigs/pioneer2dx_laser.toml"))
+    }
+
     fn recognises(&self, path: &Path) -> bool {
         let mut lines = match Lines::open(path) {
             Ok(lines) if path.is_file() => lines,

@@ -25,7 +25,7 @@ impl PoseSource {
         match self {
             Self::Odometry => "odometry",
             Self::Matched => "matched",
-            Self::MotionCapture => "motion-capture",
+            Self::MotionCapture => "mocap",
         }
     }
 }

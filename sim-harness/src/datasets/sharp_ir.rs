@@ -72,6 +72,10 @@ impl Dataset for SharpIr {
         }
     }
 
+    fn usual_rig(&self) -> Option<&'static str> {
+        Some(include_str!("../../../rigs/sharp_ir.toml"))
+    }
+
     fn recognises(&self, path: &Path) -> bool {
         sweep_file(path).is_some()
     }

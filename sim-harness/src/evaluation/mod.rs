@@ -5,6 +5,7 @@
 
 mod assessment;
 mod block_gain;
+pub mod cell_truth;
 mod chosen_scenarios;
 mod claim;
 mod claims;

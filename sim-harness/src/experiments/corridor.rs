@@ -3,8 +3,11 @@
 use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
-use super::report::{ExperimentReport, MethodScores, map_of, rig, room, truth_of};
-use super::{CellTruth, ExperimentCheck, ExperimentError};
+use super::report::{
+    ExperimentReport, MethodScores, map_of, part_of, rig, room, scored_cells, truth_of,
+};
+use super::{ExperimentCheck, ExperimentError};
+use crate::evaluation::cell_truth::{CellScores, TrueCell, TrueCells};
 use crate::geometry::{Pose2, Vector};
 use crate::mapping::{Map, Method, Occupancy};
 
@@ -49,17 +52,18 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
     for seed in seeds.clone() {
         let exact = DriftingOdometry::EXACT;
         let records = simulated_records(&world, &rig, &poses, &exact, seed);
-        let truth = truth_of(&world, &rig, &records);
+        let (truth, scored) = (truth_of(&world, &records), scored_cells(&rig, &records));
+        let ends = part_of(&truth, is_at_end);
         let at_start = simulated_records(&world, &rig, &standing, &exact, seed);
-        let start_truth = truth_of(&world, &rig, &at_start);
+        let start_scored = scored_cells(&rig, &at_start);
         for (name, opening) in METHODS.into_iter().zip(&mut openings) {
             let method: Method = name.parse()?;
             let map = map_of(&method, &rig, &records);
-            whole.add(name, truth.scores(&map));
-            corners.add(name, truth.scores_of(&map, is_at_end));
+            whole.add(name, CellScores::of(&map, &truth, &scored));
+            corners.add(name, CellScores::of(&map, &ends, &scored));
             *opening += closed_cells(&truth, &map) as f64 / count;
             let map = map_of(&method, &rig, &at_start);
-            local.add(name, start_truth.scores(&map));
+            local.add(name, CellScores::of(&map, &truth, &start_scored));
         }
     }
     let title = "Corridor with two openings, sixteen sonars (002)";
@@ -68,10 +72,7 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
         "method              TPR at the ends  occupied in openings  TPR at the start".to_owned(),
     );
     for (name, opening) in METHODS.into_iter().zip(openings) {
-        let (ends, start) = (
-            corners.of(name).true_positives,
-            local.of(name).true_positives,
-        );
+        let (ends, start) = (corners.of(name).tpr, local.of(name).tpr);
         lines.push(format!(
             "{name:<18}  {ends:>15.3}  {opening:>20.1}  {start:>16.3}"
         ));
@@ -87,16 +88,18 @@ fn is_at_end(place: Vector) -> bool {
     place.x < 1.6 || place.x > 12.6
 }
 
-/// Free cells within 0.2 m of the mouths of the openings that a map has as occupied, of 80.
-fn closed_cells(truth: &CellTruth, map: &Map) -> usize {
-    let is_mouth = |place: Vector| {
-        let upper = (4.0..5.0).contains(&place.x) && (place.y - 2.0).abs() < 0.2;
-        let lower = (8.0..9.0).contains(&place.x) && place.y.abs() < 0.2;
+/// Free cells within 0.2 m of the mouths of the openings that a map has as occupied, of some
+/// 80.
+fn closed_cells(truth: &TrueCells, map: &Map) -> usize {
+    let is_mouth = |(x, y): (f64, f64)| {
+        let upper = (4.0..5.0).contains(&x) && (y - 2.0).abs() < 0.2;
+        let lower = (8.0..9.0).contains(&x) && y.abs() < 0.2;
         upper || lower
     };
-    let closed = truth.cells().filter(|(cell, is_wall)| {
-        let (x, y) = map.centre(*cell);
-        !is_wall && is_mouth(Vector::new(x, y)) && map.occupancy(*cell) == Occupancy::Occupied
+    let closed = truth.iter().filter(|(cell, is)| {
+        **is == TrueCell::Free
+            && is_mouth(truth.centre(*cell))
+            && map.occupancy(*cell) == Occupancy::Occupied
     });
     closed.count()
 }
@@ -117,8 +120,8 @@ fn checks(
         let (without, with) = (corners.of(plain), corners.of(boxed));
         checks.push(ExperimentCheck::at_least(
             &format!("TPR at the ends with the box, {plain}"),
-            with.true_positives,
-            without.true_positives,
+            with.tpr,
+            without.tpr,
         ));
     }
     let [bayes, bayes_box, ds, ds_box, fuzzy, fuzzy_box] = *openings;
@@ -137,12 +140,12 @@ fn checks(
     ));
     for (plain, boxed) in &pairs[..2] {
         checks.push(ExperimentCheck::at_most(
-            &format!("error with the box, {plain}"),
-            whole.of(boxed).error,
-            whole.of(plain).error,
+            &format!("OE with the box, {plain}"),
+            whole.of(boxed).oe,
+            whole.of(plain).oe,
         ));
     }
-    let start = METHODS.map(|name| local.of(name).true_positives);
+    let start = METHODS.map(|name| local.of(name).tpr);
     for (name, calculi) in [("without", [0, 2, 4]), ("with", [1, 3, 5])] {
         let values = calculi.map(|index| start[index]);
         let most = values.into_iter().fold(f64::NEG_INFINITY, f64::max);

@@ -9,18 +9,18 @@ use amiro_ipf::random::Generator;
 
 use super::RoomWalls;
 use crate::datasets::{Dataset, DatasetError, DriveFile, NanoSwarm};
-use crate::drive::{RangeScan, Record, Return};
+use crate::drive::{RangeScan, Record, Return, TrueWorld};
+use crate::escape::whole_escaped;
 use crate::geometry::{Pose2, Vector};
 use crate::rig::Rig;
 use crate::sensors::Sensor;
 
-/// Runs of the recordings nano_swarm with the files of their walls; drones share in those
-/// with four.
+/// Runs of the recordings nano_swarm; drones share in those with four.
 pub const RUNS: [FlightRun; 4] = [
-    FlightRun::new("exp1/two-drones", "walls_env1a.csv", false),
-    FlightRun::new("exp1/four-drones", "walls_env1b.csv", true),
-    FlightRun::new("exp2/two-drones", "walls_env2.csv", false),
-    FlightRun::new("exp2/four-drones", "walls_env2.csv", true),
+    FlightRun::new("exp1/two-drones", false),
+    FlightRun::new("exp1/four-drones", true),
+    FlightRun::new("exp2/two-drones", false),
+    FlightRun::new("exp2/four-drones", true),
 ];
 
 /// Particles of a drone.
@@ -43,19 +43,13 @@ const SURFACE_M: f64 = 1.3;
 pub struct FlightRun {
     /// Its folder.
     pub folder: &'static str,
-    /// File of its walls, beside the folders of the experiments.
-    pub walls: &'static str,
     /// Whether its drones share.
     pub is_shared: bool,
 }
 
 impl FlightRun {
-    const fn new(folder: &'static str, walls: &'static str, is_shared: bool) -> Self {
-        Self {
-            folder,
-            walls,
-            is_shared,
-        }
+    const fn new(folder: &'static str, is_shared: bool) -> Self {
+        Self { folder, is_shared }
     }
 }
 
@@ -122,11 +116,18 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Reads a recording; its drones have beams up to the disc's radius less a margin.
+    /// Reads a recording and the walls beside it; its drones have beams up to the disc's
+    /// radius less a margin.
     ///
     /// # Errors
-    /// As [`Dataset::read`].
-    pub fn read(drive: &DriveFile<'_>, walls: RoomWalls) -> Result<Self, DatasetError> {
+    /// As [`Dataset::read`], and where no walls are beside it.
+    pub fn read(drive: &DriveFile<'_>) -> Result<Self, DatasetError> {
+        let Some(TrueWorld::Walls(walls)) = NanoSwarm.true_world(drive.path)? else {
+            return Err(DatasetError::Read {
+                file: whole_escaped(drive.path.to_string_lossy().chars()),
+                source: std::io::Error::other("no file of walls is beside the experiments"),
+            });
+        };
         let radius_m = f64::from(FlightForm::Moving.parameters().local_radius_m);
         let mut drones = vec![Vec::new()];
         NanoSwarm.read(drive, &mut |_, _| {}, &mut |record| match record {
@@ -144,7 +145,7 @@ impl Flight {
         });
         Ok(Self {
             drones: drones.collect(),
-            walls,
+            walls: RoomWalls::new(walls),
         })
     }
 

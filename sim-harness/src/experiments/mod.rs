@@ -6,7 +6,6 @@
 //! drive are mapped by the methods that a paper compares ([`specular_room`], [`corridor`], [`two_sensors`]);
 //! [`odometry_lap`] compares ways to compute a robot's pose.
 
-mod cell_truth;
 mod check;
 mod corridor;
 mod error;
@@ -22,7 +21,6 @@ mod servo_sweep;
 mod specular_room;
 mod two_sensors;
 
-pub use cell_truth::{CellScores, CellTruth};
 pub use check::ExperimentCheck;
 pub use corridor::corridor;
 pub use error::ExperimentError;
@@ -31,7 +29,7 @@ pub use odometry_lap::odometry_lap;
 pub use range_drive::{DriftingOdometry, poses_along, simulated_records};
 pub use range_world::{RangeWorld, SonarEchoes};
 pub use report::ExperimentReport;
-pub use room_walls::{RoomWalls, WallsError};
+pub use room_walls::RoomWalls;
 pub use servo_scan::{MaximumRange, ServoParticle, ServoScan, ServoScanFigures, ServoScanRun};
 pub use servo_scan_study::ServoScanStudy;
 pub use servo_sweep::{ServoSweep, SweepReading, sweeps};

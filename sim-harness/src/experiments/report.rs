@@ -2,18 +2,22 @@
 
 use std::ops::Range;
 
-use super::{CellScores, CellTruth, ExperimentCheck, RangeWorld, RoomWalls, SonarEchoes};
-use crate::drive::Record;
-use crate::geometry::Vector;
+use super::{ExperimentCheck, RangeWorld, RoomWalls, SonarEchoes};
+use crate::drive::{Record, TrueWorld};
+use crate::evaluation::cell_truth::{CellScores, ScoredCells, TrueCell, TrueCells, truth_of_shapes};
+use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Map, Mapper, Method, Setup};
 use crate::rig::{Rig, RigError};
 
-/// Side of a cell, metres.
-pub(super) const CELL_M: f64 = 0.10;
+/// Side of a cell, metres. Walls lie on borders of cells: those on both sides are wall.
+const CELL_M: f64 = 0.10;
 
-/// Half the diagonal of a cell: a cell that a wall touches is wall.
-pub(super) const WALL_M: f64 = 0.071;
+/// Every simulated room lies within, metres.
+const EXTENT: Rectangle = Rectangle {
+    min: Vector::new(-50.0, -50.0),
+    max: Vector::new(50.0, 50.0),
+};
 
 /// A room with 25 rays per sonar and echoes within 25 degrees, of walls x1, y1, x2, y2.
 pub(super) fn room(walls: &[[f64; 4]]) -> RangeWorld {
@@ -51,19 +55,62 @@ pub(super) fn map_of(method: &Method, rig: &Rig, records: &[Record]) -> Map {
     mapper.map()
 }
 
-/// The truth of a drive through a room, scored where an echo looks.
-pub(super) fn truth_of(world: &RangeWorld, rig: &Rig, records: &[Record]) -> CellTruth {
+/// The cells of a room in which a robot has driven.
+pub(super) fn truth_of(world: &RangeWorld, records: &[Record]) -> TrueCells {
     let places = records.iter().filter_map(|it| Some(it.pose()?.position));
-    let mut truth = CellTruth::new(Lattice::new(CELL_M), &world.walls, WALL_M, places);
-    for record in records {
-        if let Record::Scan(scan) = record {
-            truth.look(rig, scan);
-        }
-    }
-    truth
+    let places: Vec<Vector> = places.collect();
+    let walls = TrueWorld::Walls(world.walls.segments().to_vec());
+    let lattice = Lattice::new(CELL_M);
+    // There is a truth of walls.
+    truth_of_shapes(&walls, lattice, &places, &EXTENT)
+        .unwrap_or_else(|| TrueCells::new(lattice, TrueCell::Outside))
 }
 
-/// Scores of several methods, each a mean over seeds.
+/// The part of a truth whose cells have their centres in a part of the room.
+pub(super) fn part_of(truth: &TrueCells, is_wanted: impl Fn(Vector) -> bool) -> TrueCells {
+    let mut part = TrueCells::new(truth.lattice(), TrueCell::Outside);
+    for (cell, is) in truth.iter() {
+        let (x, y) = truth.centre(cell);
+        if let Some(held) = part.reach(cell).filter(|_| is_wanted(Vector::new(x, y))) {
+            *held = *is;
+        }
+    }
+    part
+}
+
+/// The cells that an echo of a drive looks at.
+pub(super) fn scored_cells(rig: &Rig, records: &[Record]) -> ScoredCells {
+    let mounts = vec![true; rig.mounts.len()];
+    let mut scored = ScoredCells::new(Lattice::new(CELL_M), rig, mounts);
+    records.iter().for_each(|record| scored.take(record));
+    scored
+}
+
+/// Scores of a method, a mean over seeds; NaN where a score does not exist.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MeanScores {
+    pub(super) oe: f64,
+    pub(super) tpr: f64,
+    pub(super) fpr: f64,
+    coverage: f64,
+}
+
+impl MeanScores {
+    fn of(row: &[CellScores]) -> Self {
+        let mean = |value: fn(&CellScores) -> Option<f64>| {
+            let values = row.iter().map(|it| value(it).unwrap_or(f64::NAN));
+            values.sum::<f64>() / row.len() as f64
+        };
+        Self {
+            oe: mean(|it| it.oe),
+            tpr: mean(|it| it.tpr),
+            fpr: mean(|it| it.fpr),
+            coverage: mean(|it| it.coverage),
+        }
+    }
+}
+
+/// Scores of several methods, each over seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MethodScores {
     rows: Vec<(&'static str, Vec<CellScores>)>,
@@ -85,35 +132,37 @@ impl MethodScores {
     }
 
     /// The mean of a method; NaN without any.
-    pub(super) fn of(&self, name: &str) -> CellScores {
+    pub(super) fn of(&self, name: &str) -> MeanScores {
         let row = self.rows.iter().find(|(known, _)| *known == name);
-        CellScores::mean(row.map_or(&[], |(_, row)| row.as_slice()))
-    }
-
-    /// Standard error of a method's error.
-    fn standard_error(row: &[CellScores]) -> f64 {
-        let (count, mean) = (row.len() as f64, CellScores::mean(row).error);
-        let squares = row.iter().map(|it| (it.error - mean) * (it.error - mean));
-        (squares.sum::<f64>() / (count * (count - 1.0).max(1.0))).sqrt()
+        MeanScores::of(row.map_or(&[], |(_, row)| row.as_slice()))
     }
 
     /// Title, head and rows.
     pub(super) fn lines(&self, title: &str, seeds: &Range<u64>) -> Vec<String> {
         let mut lines = vec![
             format!("{title}; seeds {}..{}", seeds.start, seeds.end),
-            "method              error   +-      TPR     FPR  coverage".to_owned(),
+            "method                OE    +-      TPR    FPR    coverage".to_owned(),
         ];
         for (name, row) in &self.rows {
-            let mean = CellScores::mean(row);
+            let mean = MeanScores::of(row);
             lines.push(format!(
-                "{name:<18}  {:.3}  {:.3}  {:.3}  {:.3}     {:.3}",
-                mean.error,
-                Self::standard_error(row),
-                mean.true_positives,
-                mean.false_positives,
+                "{name:<18}  {:.3}  {:.3}  {:.3}  {:.3}  {:.3}",
+                mean.oe,
+                standard_error(row),
+                mean.tpr,
+                mean.fpr,
                 mean.coverage,
             ));
         }
         lines
     }
+}
+
+/// Standard error of the mean OE.
+fn standard_error(row: &[CellScores]) -> f64 {
+    let (count, mean) = (row.len() as f64, MeanScores::of(row).oe);
+    let squares = row
+        .iter()
+        .filter_map(|it| Some((it.oe? - mean) * (it.oe? - mean)));
+    (squares.sum::<f64>() / (count * (count - 1.0).max(1.0))).sqrt()
 }

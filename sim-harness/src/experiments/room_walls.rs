@@ -1,51 +1,12 @@
 //! Exact walls of a recording's room: a list of segments.
 
-use std::path::Path;
-
-use crate::bounded::read_at_most;
-use crate::escape::{escaped, whole_escaped};
 use crate::geometry::Vector;
-
-/// Longest file, bytes, and most walls.
-const MAX_BYTES: u64 = 1 << 20;
-
-/// Largest coordinate, metres.
-const MAX_M: f64 = 10_000.0;
 
 /// Distance from one point of a wall to the next, metres.
 const POINT_M: f64 = 0.06;
 
 /// How far before its end a line of sight may meet a wall, metres: the wall itself.
 const SAME_M: f64 = 1e-6;
-
-/// Why the walls cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum WallsError {
-    /// The file cannot be read.
-    #[error("{file}: {source}")]
-    Read {
-        /// The file's name, escaped.
-        file: String,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// A line is no wall.
-    #[error("{file} line {line}: '{text}' is no x1,y1,x2,y2 in metres")]
-    Line {
-        /// The file's name, escaped.
-        file: String,
-        /// The line, from 1.
-        line: usize,
-        /// The line's text, escaped and cut.
-        text: String,
-    },
-    /// There is no wall.
-    #[error("{file}: no walls")]
-    None {
-        /// The file's name, escaped.
-        file: String,
-    },
-}
 
 /// The walls of a room.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,36 +19,6 @@ impl RoomWalls {
     #[must_use]
     pub fn new(segments: Vec<[Vector; 2]>) -> Self {
         Self { segments }
-    }
-
-    /// Reads a file with a header and a line `x1,y1,x2,y2` per wall, metres.
-    ///
-    /// # Errors
-    /// [`WallsError`], with the line.
-    pub fn load(path: &Path) -> Result<Self, WallsError> {
-        let file = whole_escaped(path.to_string_lossy().chars());
-        let text = read_at_most(path, MAX_BYTES)
-            .and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
-        let text = match text {
-            Ok(text) => text,
-            Err(source) => return Err(WallsError::Read { file, source }),
-        };
-        let mut segments = Vec::new();
-        for (index, line) in text.lines().enumerate().skip(1) {
-            if line.trim().is_empty() {
-                continue;
-            }
-            let Some([x1, y1, x2, y2]) = coordinates(line) else {
-                let text = escaped(line);
-                let line = index + 1;
-                return Err(WallsError::Line { file, line, text });
-            };
-            segments.push([Vector::new(x1, y1), Vector::new(x2, y2)]);
-        }
-        if segments.is_empty() {
-            return Err(WallsError::None { file });
-        }
-        Ok(Self { segments })
     }
 
     /// The walls' ends.
@@ -142,15 +73,6 @@ impl RoomWalls {
     }
 }
 
-fn coordinates(line: &str) -> Option<[f64; 4]> {
-    let mut fields = line.split(',').map(|field| field.trim().parse().ok());
-    let mut ends = [0.0; 4];
-    for end in &mut ends {
-        *end = fields.next()?.filter(|value: &f64| value.abs() <= MAX_M)?;
-    }
-    fields.next().is_none().then_some(ends)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,22 +102,5 @@ mod tests {
         assert_eq!(points.len(), 4);
         assert!((points[3] - Vector::new(0.18, 1.0)).norm() < 1e-12);
         assert_eq!(walls().points_within(Vector::new(0.0, 0.0), 0.1).len(), 1);
-    }
-
-    #[test]
-    fn a_line_that_is_no_wall_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("walls.csv");
-        for (text, words) in [
-            ("x1,y1,x2,y2\n0,0,1,1\n0,0,1\n", "line 3: '0,0,1' is no"),
-            ("x1,y1,x2,y2\n0,0,nan,1\n", "line 2"),
-            ("x1,y1,x2,y2\n0,0,1,1,2\n", "line 2"),
-            ("x1,y1,x2,y2\n\u{1b}[2J\n", "\\u{1b}[2J"),
-            ("x1,y1,x2,y2\n", "no walls"),
-        ] {
-            std::fs::write(&path, text).unwrap();
-            let error = RoomWalls::load(&path).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        }
     }
 }

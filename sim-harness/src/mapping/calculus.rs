@@ -13,6 +13,9 @@ pub struct Evidence {
 
 /// A way to hold and combine evidence.
 pub trait Calculus {
+    /// What one measurement says about one cell.
+    type Evidence;
+
     /// The evidence for one cell.
     type Held: Clone;
 
@@ -20,7 +23,7 @@ pub trait Calculus {
     fn blank(&self) -> Self::Held;
 
     /// Adds evidence to a cell.
-    fn update(&self, held: &mut Self::Held, evidence: Evidence);
+    fn update(&self, held: &mut Self::Held, evidence: Self::Evidence);
 
     /// The belief from the evidence of a cell.
     fn belief(&self, held: &Self::Held) -> Belief;
@@ -34,6 +37,8 @@ pub trait Calculus {
 pub struct Counts;
 
 impl Calculus for Counts {
+    type Evidence = Evidence;
+
     /// Occupied and free.
     type Held = [u16; 2];
 
@@ -70,6 +75,8 @@ pub struct LogOdds {
 }
 
 impl Calculus for LogOdds {
+    type Evidence = Evidence;
+
     type Held = f64;
 
     fn blank(&self) -> f64 {

@@ -6,28 +6,46 @@
 
 mod all_free;
 mod beam_particles;
+mod bearing_bins;
 mod belief;
 mod calculus;
 mod counting;
+mod evidence;
 mod finish_progress;
 mod footprint;
 mod grid;
 mod inverse_sensor;
+mod layers;
 mod mapped_wall;
 mod methods;
+mod near_range;
+#[cfg(test)]
+mod random_scans;
+mod range_sensor_layer;
+mod scan_returns;
+#[cfg(test)]
+mod test_drives;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
 pub use beam_particles::{BeamForm, BeamMapper};
+pub use bearing_bins::{BearingBinMapper, BearingBinParameters};
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
 pub use counting::CountingMapper;
+pub use evidence::{
+    Bayes, BoxMapper, Complements, ConeEvidenceMapper, ConePlace, DempsterShafer, Fuzzy, Masses,
+    Memberships, SonarModel, safe_membership,
+};
 pub use finish_progress::FinishProgress;
 pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
+pub use layers::{Fused, Fusion, LayerMapper, LayerParameters, SensorLayer};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
+pub use near_range::{NearRangeMapper, NearRangeParameters};
+pub use range_sensor_layer::{RangeLayerMapper, RangeLayerParameters};
 pub use wall_map::{
     RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
 };

@@ -6,20 +6,45 @@ use crate::datasets::{Dataset, DatasetError, DriveFile, RefusedRows};
 use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::geometry::Vector;
 use crate::mapping::{Map, Occupancy};
-use crate::rig::{Rig, SensorMount};
+use crate::rig::Rig;
 
 /// What of a recorded drive is mapped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveOptions {
     /// Poses that are mapped.
     pub keyframes: Keyframes,
-    /// Only mounts whose names begin with one of these; empty for all.
-    pub mounts: Vec<String>,
+    /// Which of the keyframes.
+    pub share: KeyframeShare,
+    /// Of each mount of the rig, whether its scans are mapped; mounts beyond are not.
+    pub mounts: Vec<bool>,
 }
 
 impl DriveOptions {
-    fn wants(&self, mount: &SensorMount) -> bool {
-        self.mounts.is_empty() || self.mounts.iter().any(|name| mount.name.starts_with(name))
+    fn wants(&self, mount: usize) -> bool {
+        self.mounts.get(mount).copied().unwrap_or(false)
+    }
+}
+
+/// Which keyframes of a drive are mapped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KeyframeShare {
+    /// All.
+    #[default]
+    All,
+    /// The first, the third, and so on.
+    Even,
+    /// The second, the fourth, and so on.
+    Odd,
+}
+
+impl KeyframeShare {
+    /// Whether it has the keyframe of a number, from 0.
+    const fn has(self, number: u64) -> bool {
+        match self {
+            Self::All => true,
+            Self::Even => number.is_multiple_of(2),
+            Self::Odd => !number.is_multiple_of(2),
+        }
     }
 }
 
@@ -122,8 +147,8 @@ pub fn dataset_records(
         ..
     } = selection;
     figures.refused_rows = rows.refused.count;
-    let mounts = drive.rig.mounts.iter().zip(has_data);
-    let silent = mounts.filter(|(mount, has_data)| !has_data && options.wants(mount));
+    let mounts = drive.rig.mounts.iter().zip(has_data).enumerate();
+    let silent = mounts.filter(|(index, (_, has_data))| !has_data && options.wants(*index));
     Ok(DriveSummary {
         figures,
         path: places,
@@ -131,7 +156,7 @@ pub fn dataset_records(
         used_rows: rows.used,
         refused: rows.refused,
         notes: rows.notes,
-        mounts_without_data: silent.map(|(mount, _)| mount.name.clone()).collect(),
+        mounts_without_data: silent.map(|(_, (mount, _))| mount.name.clone()).collect(),
     })
 }
 
@@ -141,6 +166,8 @@ struct DriveSelection<'a> {
     options: &'a DriveOptions,
     keyframes: Keyframes,
     is_keyframe: bool,
+    /// Keyframes so far, of whatever share.
+    keyframes_so_far: u64,
     /// Whether the odometry was reset since the last keyframe.
     is_reset: bool,
     last: Option<Vector>,
@@ -158,6 +185,7 @@ impl<'a> DriveSelection<'a> {
             options,
             keyframes: options.keyframes,
             is_keyframe: false,
+            keyframes_so_far: 0,
             is_reset: false,
             last: None,
             figures: DriveFigures::default(),
@@ -176,7 +204,7 @@ impl<'a> DriveSelection<'a> {
                 self.figures.poses += 1;
                 self.figures.path_m += self.last.map_or(0.0, |last| (place - last).norm());
                 self.last = Some(place);
-                self.is_keyframe = self.keyframes.take(world_from_body);
+                self.is_keyframe = self.keyframes.take(world_from_body) && self.next_is_wanted();
                 if self.is_keyframe {
                     self.add_place(place);
                     take(record);
@@ -193,6 +221,13 @@ impl<'a> DriveSelection<'a> {
             Record::Outcomes(_) if self.is_keyframe => take(record),
             Record::Outcomes(_) => {}
         }
+    }
+
+    /// Counts a keyframe; whether it is among those to be mapped.
+    fn next_is_wanted(&mut self) -> bool {
+        let number = self.keyframes_so_far;
+        self.keyframes_so_far += 1;
+        self.options.share.has(number)
     }
 
     fn add_place(&mut self, place: Vector) {
@@ -219,7 +254,7 @@ impl<'a> DriveSelection<'a> {
             if !self.is_keyframe {
                 continue;
             }
-            if !self.options.wants(mount) {
+            if !self.options.wants(index) {
                 self.hand_on(part.take(), take);
                 continue;
             }

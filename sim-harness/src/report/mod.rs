@@ -6,6 +6,7 @@
 
 mod cell_window;
 mod chart;
+mod contact_sheet;
 mod drive_files;
 mod fit_chart;
 mod line_drawing;
@@ -23,6 +24,7 @@ mod wall_files;
 mod wall_overlay;
 
 pub use cell_window::CellWindow;
+pub use contact_sheet::ContactSheet;
 pub use drive_files::{DRIVE_FILES, DriveMapSummary};
 pub use fit_chart::fit_chart;
 pub use map_picture::{MAX_SIDE_PX, MapPicture, OUTLINE, PATH, outlines};

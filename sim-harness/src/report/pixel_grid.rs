@@ -44,12 +44,28 @@ pub(crate) struct PixelGrid {
 impl PixelGrid {
     /// The grid for a window, whose longer side has about `wanted_px`.
     pub(crate) fn new(window: &CellWindow, lattice: Lattice, wanted_px: usize) -> Self {
+        Self::of(window, lattice, wanted_px, SMALLEST_CELL_PX, MAX_MAP_PX)
+    }
+
+    /// The grid for a window, whose longer side has at most `side_px`: a cell may be a part
+    /// of a pixel.
+    pub(crate) fn small(window: &CellWindow, lattice: Lattice, side_px: usize) -> Self {
+        Self::of(window, lattice, side_px, 1, side_px)
+    }
+
+    fn of(
+        window: &CellWindow,
+        lattice: Lattice,
+        wanted_px: usize,
+        least_px: usize,
+        most_px: usize,
+    ) -> Self {
         let cells = window.columns().max(window.rows());
-        let fitting = (MAX_MAP_PX / cells).max(1);
+        let fitting = (most_px / cells).max(1);
         let block_px = (wanted_px / cells)
-            .clamp(SMALLEST_CELL_PX, LARGEST_CELL_PX)
+            .clamp(least_px, LARGEST_CELL_PX)
             .min(fitting);
-        let block_cells = cells.div_ceil(MAX_MAP_PX);
+        let block_cells = cells.div_ceil(most_px);
         let (columns, rows) = (
             window.columns().div_ceil(block_cells),
             window.rows().div_ceil(block_cells),

@@ -41,6 +41,16 @@ pub struct SensorMount {
 }
 
 impl Rig {
+    /// Of each mount, whether its name begins with one of these; all of them for no name.
+    #[must_use]
+    pub fn mounts_named(&self, names: &[String]) -> Vec<bool> {
+        let is_named = |mount: &SensorMount| names.iter().any(|it| mount.name.starts_with(it));
+        let mounts = self.mounts.iter();
+        mounts
+            .map(|mount| names.is_empty() || is_named(mount))
+            .collect()
+    }
+
     /// Sets the gain of the law of all infrared sensors, counts m^2.
     pub fn set_alpha(&mut self, alpha_counts_m2: f32) {
         for mount in &mut self.mounts {

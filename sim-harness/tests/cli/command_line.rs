@@ -1190,7 +1190,7 @@ fn a_sonar_drive_is_mapped_with_its_rig_and_nothing_else() {
         (vec![&*nowhere, "--rig", &*rig], "nowhere: No such file"),
         (
             vec![&*drive, "--rig", &*rig, "--method", "best"],
-            "--method best: ism-standard, ",
+            "--methods best: all, all-free, ism, ",
         ),
         (
             vec![&*drive, "--rig", &*rig, "--sensors", "radar"],

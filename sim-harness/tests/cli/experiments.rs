@@ -73,7 +73,10 @@ fn what_is_no_sweep_and_no_room_is_refused() {
     let rig = common::root().join("rigs/nano_swarm.toml");
     let (code, shown) = experiments(&["sharing", text(folder.path()), "--rig", text(&rig)]);
     assert_eq!(code, Some(2), "{shown}");
-    assert!(shown.contains("walls_env1a.csv: "), "{shown}");
+    assert!(
+        shown.contains("exp1/two-drones: no file of walls is beside"),
+        "{shown}"
+    );
     let (code, shown) = experiments(&["001", "--seeds", "5..5"]);
     assert_eq!(code, Some(2), "{shown}");
     assert!(shown.contains("A must be below B"), "{shown}");

@@ -12,7 +12,7 @@ use sim_harness::datasets::{Amiro, Dataset, DatasetError, DriveFile, PoseSource,
 use sim_harness::drive::{Keyframes, NoSteps, Record};
 use sim_harness::log::RecordingWriter;
 use sim_harness::mapping::{Map, Mapper, Method, Setup};
-use sim_harness::pipeline::{self, DriveOptions, DriveSummary};
+use sim_harness::pipeline::{self, DriveOptions, DriveSummary, KeyframeShare};
 use sim_harness::rig::Rig;
 use sim_harness::world::{simulate, standard};
 use tempfile::TempDir;
@@ -48,7 +48,8 @@ fn write(path: &Path, config: &Config, inputs: &[Input]) {
 fn options() -> DriveOptions {
     DriveOptions {
         keyframes: Amiro.usual().keyframes,
-        mounts: Vec::new(),
+        share: KeyframeShare::All,
+        mounts: vec![true; SENSORS],
     }
 }
 
@@ -64,6 +65,7 @@ fn mapped_with(
         rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let dataset = recognise(path)?;
     assert_eq!(dataset.name(), "amiro");
@@ -218,6 +220,7 @@ fn a_reset_of_the_odometry_is_no_way_of_the_robot() {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     Amiro
         .read(&drive, &mut |_, _| {}, &mut |record| {
@@ -241,7 +244,7 @@ fn one_sensor_of_the_ring_is_mapped_without_its_neighbours() {
     write(&path, &config, &driven());
     let rig = Rig::from(&config);
     let one = DriveOptions {
-        mounts: vec!["infrared 3".to_owned()],
+        mounts: rig.mounts_named(&["infrared 3".to_owned()]),
         ..options()
     };
     let (run, map) = mapped_with(&path, &rig, &Method::ISM, &one).unwrap();
@@ -343,6 +346,7 @@ fn the_bytes_are_reported_over_both_passes() {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut reports = Vec::new();
     Amiro

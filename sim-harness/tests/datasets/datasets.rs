@@ -9,7 +9,7 @@ use sim_harness::datasets::{
 use sim_harness::drive::{Keyframes, Record, Return};
 use sim_harness::log::Place;
 use sim_harness::mapping::{Map, Mapper, Method, Occupancy, Setup};
-use sim_harness::pipeline::{self, DriveFigures, DriveOptions, NothingMapped};
+use sim_harness::pipeline::{self, DriveFigures, DriveOptions, KeyframeShare, NothingMapped};
 use sim_harness::rig::Rig;
 
 use crate::common::report_skipped;
@@ -28,18 +28,20 @@ fn rig() -> Rig {
 
 /// The usual keyframes of a drive, mapped with cells of 0.1 m.
 fn mapped(drive: &Path, method: &str, sensors: &str, poses: PoseSource) -> (DriveFigures, Map) {
+    let rig = rig();
     let options = DriveOptions {
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
-        mounts: vec![sensors.to_owned()],
+        share: KeyframeShare::All,
+        mounts: rig.mounts_named(&[sensors.to_owned()]),
     };
     let method: Method = method.parse().unwrap();
-    let rig = rig();
     let mut mapper = method.mapper(&Setup::new(&rig, 0.1));
     let drive = DriveFile {
         path: drive,
         rig: &rig,
         poses,
         calibration: None,
+        profile: None,
     };
     let run = pipeline::run(
         |take| pipeline::dataset_records(&Kcma, &drive, &options, &mut |_, _| {}, take),
@@ -79,6 +81,7 @@ fn read_with(
         rig,
         poses,
         calibration: None,
+        profile: None,
     };
     Kcma.read(&drive, &mut |_, _| {}, take)
 }
@@ -299,12 +302,14 @@ fn mounts_that_were_asked_for_and_have_no_data_are_named_and_alone_they_give_no_
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     for (asked, silent) in [("", "laser"), ("sonar", ""), ("laser", "laser")] {
         let mut mapper = Method::ISM.mapper(&Setup::new(&rig, 0.1));
         let options = DriveOptions {
             keyframes: Kcma.usual().keyframes,
-            mounts: vec![asked.to_owned()],
+            share: KeyframeShare::All,
+            mounts: rig.mounts_named(&[asked.to_owned()]),
         };
         let run = pipeline::run(
             |take| pipeline::dataset_records(&Kcma, &drive, &options, &mut |_, _| {}, take),
@@ -384,6 +389,7 @@ fn the_bytes_of_all_files_are_reported_up_to_their_sum() {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut reports = Vec::new();
     Kcma.read(

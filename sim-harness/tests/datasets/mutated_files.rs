@@ -45,6 +45,7 @@ fn check(dataset: &dyn Dataset, path: &Path, rig: &Rig) {
         rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut last_us = 0;
     let read = dataset.read(&drive, &mut |_, _| {}, &mut |record| {

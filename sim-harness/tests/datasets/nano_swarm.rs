@@ -47,6 +47,7 @@ fn read(
         rig,
         poses,
         calibration: None,
+        profile: None,
     };
     let mut records = Vec::new();
     let rows = NanoSwarm.read(&drive, &mut |_, _| {}, &mut |record| {

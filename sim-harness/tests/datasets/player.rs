@@ -66,6 +66,7 @@ fn read(path: &Path, rig: &Rig) -> Result<(Vec<Record>, ReadRows), DatasetError>
         rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut records = Vec::new();
     let rows = Player.read(&drive, &mut |_, _| {}, &mut |record| {

@@ -30,6 +30,7 @@ fn read_with(path: &Path, rig: &Rig) -> Result<(Vec<Record>, ReadRows), DatasetE
         rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut records = Vec::new();
     let rows = SharpIr.read(&drive, &mut |_, _| {}, &mut |record| {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use sim_harness::datasets::{Dataset, DriveFile, NanoSwarm, PoseSource};
 use sim_harness::drive::Record;
-use sim_harness::experiments::{CellTruth, RUNS, RoomWalls};
+use sim_harness::evaluation::cell_truth::DriveSurvey;
+use sim_harness::experiments::RUNS;
 use sim_harness::lattice::Lattice;
 use sim_harness::mapping::{Mapper, Method, Setup};
 use sim_harness::rig::Rig;
@@ -21,6 +22,7 @@ fn records(folder: &Path, rig: &str) -> (Rig, Vec<Record>) {
         rig: &rig,
         poses: PoseSource::MotionCapture,
         calibration: None,
+        profile: None,
     };
     let mut records = Vec::new();
     let mut take = |record: &Record| records.push(record.clone());
@@ -40,31 +42,22 @@ fn maps_of_the_drones_are_as_good_as_an_independent_implementation_found() {
     let methods = [Method::KLEPPE, Method::KLEPPE_PAPER];
     let mut means = [[0.0; 4]; 2];
     for run in RUNS {
-        let (rig, of_beams) = records(&folder.join(run.folder), "nano_swarm.toml");
-        let (wide, of_cones) = records(&folder.join(run.folder), "nano_swarm_wide.toml");
-        let walls = RoomWalls::load(&folder.join(run.walls)).unwrap();
-        let places = of_beams.iter().filter_map(|it| Some(it.pose()?.position));
-        let mut truth = CellTruth::new(lattice, &walls, 0.5 * CELL_M, places);
-        for (rig, records) in [(&rig, &of_beams), (&wide, &of_cones)] {
-            for record in records {
-                if let Record::Scan(scan) = record {
-                    truth.look(rig, scan);
-                }
-            }
-        }
+        let folder = folder.join(run.folder);
+        let (rig, of_beams) = records(&folder, "nano_swarm.toml");
+        // Scored is where beams or cones look.
+        let (both, of_both) = records(&folder, "nano_swarm_both.toml");
+        let world = NanoSwarm.true_world(&folder).unwrap().unwrap();
+        let mut survey = DriveSurvey::new(&world, &both, lattice);
+        of_both.iter().for_each(|record| survey.take(record));
+        let truth = survey.finish();
         for (method, mean) in methods.iter().zip(&mut means) {
             let mut mapper = method.mapper(&Setup::new(&rig, lattice));
             of_beams.iter().for_each(|record| mapper.take(record));
             mapper.finish(&mut |_| {});
             let scores = truth.scores(&mapper.map());
-            let scores = [
-                scores.error,
-                scores.true_positives,
-                scores.false_positives,
-                scores.coverage,
-            ];
+            let scores = [scores.oe, scores.tpr, scores.fpr, scores.coverage];
             for (sum, score) in mean.iter_mut().zip(scores) {
-                *sum += 0.25 * score;
+                *sum += 0.25 * score.unwrap();
             }
         }
     }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use sim_harness::datasets::{DriveFile, PoseSource, SharpIr};
 use sim_harness::experiments::{
-    Flight, FlightFigures, FlightForm, MaximumRange, RUNS, RoomWalls, ServoScan, ServoScanFigures,
-    ServoSweep, sweeps,
+    Flight, FlightFigures, FlightForm, MaximumRange, RUNS, ServoScan, ServoScanFigures, ServoSweep,
+    sweeps,
 };
 use sim_harness::rig::Rig;
 
@@ -21,6 +21,7 @@ fn recorded_sweeps(file: &Path) -> Vec<ServoSweep> {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let (mut all, rows) = sweeps(&SharpIr, &drive).unwrap();
     assert_eq!(rows.refused.count, 0, "{}", rows.refused);
@@ -110,14 +111,14 @@ fn the_beam_filter_finds_the_walls_around_drones_and_more_of_them_by_sharing() {
     let flown = |is_shared: bool, only_four: bool, form| {
         let runs = RUNS.into_iter().filter(|run| run.is_shared || !only_four);
         runs.fold(FlightFigures::default(), |sum, run| {
-            let walls = RoomWalls::load(&folder.join(run.walls)).unwrap();
             let drive = DriveFile {
                 path: &folder.join(run.folder),
                 rig: &rig,
                 poses: PoseSource::MotionCapture,
                 calibration: None,
+                profile: None,
             };
-            let flight = Flight::read(&drive, walls).unwrap();
+            let flight = Flight::read(&drive).unwrap();
             (SEED..SEED + 3).fold(sum, |sum, seed| {
                 sum.plus(&flight.fly(form, is_shared, seed).unwrap())
             })

@@ -26,6 +26,13 @@ impl Method {
         ..Self::filter("wall", SEGMENTS, Profile::Wall)
     };
 
+    /// [`PAPER`](Self::PAPER) under its name among the methods of recorded drives.
+    pub const IPF_PAPER: Self = Self::named("ipf-paper", Self::PAPER);
+    /// [`PLUS`](Self::PLUS) likewise.
+    pub const IPF_PLUS: Self = Self::named("ipf-plus", Self::PLUS);
+    /// [`WALL`](Self::WALL) likewise.
+    pub const IPF_WALL: Self = Self::named("ipf-wall", Self::WALL);
+
     const fn filter(name: &'static str, source: &'static str, profile: Profile) -> Self {
         let infrared = SensorChoice::Each(&[SensorKind::Infrared]);
         let method = Self::new(name, source, infrared, |setup| {

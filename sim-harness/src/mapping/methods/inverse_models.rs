@@ -21,6 +21,12 @@ impl Method {
         Self::new("ism-standard", LOBES, PROXIMITY, |s| ism(s, STANDARD));
     /// The same with tuned parameters.
     pub const ISM_TUNED: Self = Self::new("ism-tuned", LOBES, PROXIMITY, |s| ism(s, TUNED));
+    /// [`ISM_TUNED`](Self::ISM_TUNED) of infrared sensors, under its name among the methods of
+    /// recorded drives.
+    pub const ISM_PROXIMITY: Self = Self {
+        sensors: SensorChoice::Each(&[Infrared]),
+        ..Self::named("ism-proximity", Self::ISM_TUNED)
+    };
     /// Usual parameters, nothing in range dropped.
     pub const ISM_STANDARD_DROPPED: Self =
         Self::new("ism-standard-dropped", LOBES, PROXIMITY, |s| {

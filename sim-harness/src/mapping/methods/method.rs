@@ -26,6 +26,9 @@ pub struct Method {
     pub sensors: SensorChoice,
     /// Whether it maps the scans of every pose of a drive, not of keyframes only.
     pub maps_every_pose: bool,
+    /// Whether it maps the even keyframes alone where a scanner of the recording makes the
+    /// truth: the truth is then that of the odd ones.
+    pub splits_keyframes: bool,
     /// Makes its mapper, with an empty map.
     pub build: fn(&Setup<'_>) -> Box<dyn Mapper>,
 }
@@ -49,8 +52,43 @@ impl Method {
         Self::SEGMENTS,
         Self::KLEPPE,
         Self::KLEPPE_PAPER,
+        Self::BAYES,
+        Self::DS,
+        Self::FUZZY,
+        Self::BAYES_BOX,
+        Self::DS_BOX,
+        Self::FUZZY_BOX,
+        Self::LASER,
+        Self::SONAR,
+        Self::PESSIMISTIC,
+        Self::MINMAX,
+        Self::ISM_NEAR,
+        Self::PGC,
+        Self::NAV2_RANGE,
         Self::ALL_FREE,
     ];
+
+    /// The methods of recorded drives, by the names that tables of them have.
+    pub const OF_DRIVES: &[Self] = &[
+        Self::ALL_FREE,
+        Self::ISM,
+        Self::ISM_DECAY,
+        Self::KLEPPE,
+        Self::KLEPPE_PAPER,
+        Self::IPF_PAPER,
+        Self::IPF_PLUS,
+        Self::IPF_WALL,
+        Self::SEGMENTS,
+        Self::WALL_MAP,
+        Self::ISM_PROXIMITY,
+    ];
+
+    /// The method of recorded drives of a name.
+    #[must_use]
+    pub fn of_drives(name: &str) -> Option<Self> {
+        let mut all = Self::OF_DRIVES.iter().copied();
+        all.find(|method| method.name == name)
+    }
 
     /// A method of keyframes, without a filter.
     pub(super) const fn new(
@@ -66,8 +104,14 @@ impl Method {
             fits_signals: false,
             sensors,
             maps_every_pose: false,
+            splits_keyframes: false,
             build,
         }
+    }
+
+    /// The same method under another name.
+    pub(super) const fn named(name: &'static str, method: Self) -> Self {
+        Self { name, ..method }
     }
 
     /// The keyframes of a drive whose format usually has those given.

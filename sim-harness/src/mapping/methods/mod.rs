@@ -1,8 +1,11 @@
 //! The table of mapping methods: one constant of [`Method`] per method.
 
+mod evidence_methods;
 mod filters;
 mod inverse_models;
+mod layer_methods;
 mod method;
+mod near_methods;
 mod particles;
 mod sensor_choice;
 mod setup;

@@ -22,12 +22,14 @@ pub enum SensorChoice {
 pub struct MissingSensors(SensorChoice);
 
 impl SensorChoice {
-    /// Of each mount of a robot, whether the method maps it.
+    /// Of each mount of a robot, whether the method maps it; of the mounts that are
+    /// `allowed`, and of none beyond them.
     ///
     /// # Errors
-    /// The robot has not the sensors that the method needs.
-    pub fn mounts(self, rig: &Rig) -> Result<Vec<bool>, MissingSensors> {
-        let has = |kind: SensorKind| rig.mounts.iter().any(|it| it.sensor.kind() == kind);
+    /// The allowed mounts have not the sensors that the method needs.
+    pub fn mounts(self, rig: &Rig, allowed: &[bool]) -> Result<Vec<bool>, MissingSensors> {
+        let mounts = || rig.mounts.iter().zip(allowed);
+        let has = |kind| mounts().any(|(it, is_allowed)| *is_allowed && it.sensor.kind() == kind);
         let chosen: Vec<SensorKind> = match self {
             Self::Nothing => Vec::new(),
             Self::FirstOf(kinds) => {
@@ -37,9 +39,8 @@ impl SensorChoice {
             Self::Each(kinds) if kinds.iter().all(|kind| has(*kind)) => kinds.to_vec(),
             Self::Each(_) => return Err(MissingSensors(self)),
         };
-        let mounts = rig.mounts.iter();
-        Ok(mounts
-            .map(|mount| chosen.contains(&mount.sensor.kind()))
+        Ok(mounts()
+            .map(|(mount, is_allowed)| *is_allowed && chosen.contains(&mount.sensor.kind()))
             .collect())
     }
 }
@@ -73,7 +74,7 @@ mod tests {
     fn a_choice_takes_the_first_kind_there_is_or_every_kind() {
         let rig = kcma();
         let chosen = |choice: SensorChoice| {
-            let mounts = choice.mounts(&rig)?;
+            let mounts = choice.mounts(&rig, &rig.mounts_named(&[]))?;
             Ok::<_, MissingSensors>(mounts.into_iter().filter(|wanted| *wanted).count())
         };
         assert_eq!(
@@ -83,6 +84,9 @@ mod tests {
         assert_eq!(chosen(SensorChoice::FirstOf(&[Scanner, Cone])), Ok(1));
         assert_eq!(chosen(SensorChoice::Each(&[Scanner, Cone])), Ok(9));
         assert_eq!(chosen(SensorChoice::Nothing), Ok(0));
+        let laser = rig.mounts_named(&["laser".to_owned()]);
+        let no_cone = SensorChoice::FirstOf(&[Cone]).mounts(&rig, &laser);
+        assert_eq!(no_cone.unwrap_err().to_string(), "needs cones");
         let refused = chosen(SensorChoice::Each(&[Cone, Infrared])).unwrap_err();
         assert_eq!(refused.to_string(), "needs cones and infrared sensors");
         let refused = chosen(SensorChoice::FirstOf(&[Infrared])).unwrap_err();
