@@ -18,8 +18,9 @@ pub struct NearRangeParameters {
     pub hits_below_m: f64,
     /// Distance below which cells before a reading are freed, metres (z_p).
     pub passes_below_m: f64,
-    /// Passes on the axis that outweigh one hit (k). More: more cells stay occupied.
-    pub passes_per_hit: f64,
+    /// Hits that one pass on the axis outweighs (k). More: fewer cells are occupied, right
+    /// and wrong ones.
+    pub hits_per_pass: f64,
     /// Half width of the band about the reading that is marked, metres (beta).
     pub tolerance_m: f64,
     /// How fast a pass loses weight off the axis (k_p): exp(-k_p (theta / H)^2).
@@ -33,7 +34,7 @@ impl NearRangeParameters {
     pub const SONAR: Self = Self {
         hits_below_m: 1.6,
         passes_below_m: 1.4,
-        passes_per_hit: 4.0,
+        hits_per_pass: 4.0,
         tolerance_m: 0.08,
         pass_falloff: 1.5,
         margin_m: 0.2,
@@ -44,7 +45,7 @@ impl NearRangeParameters {
     pub const TIME_OF_FLIGHT: Self = Self {
         hits_below_m: 1.1,
         passes_below_m: 2.1,
-        passes_per_hit: 4.0,
+        hits_per_pass: 4.0,
         tolerance_m: 0.04,
         pass_falloff: 0.0,
         margin_m: 0.1,
@@ -65,7 +66,7 @@ impl NearRangeParameters {
         if beyond_m.abs() <= self.tolerance_m {
             f64::from(u8::from(measured_m < self.hits_below_m))
         } else if beyond_m < 0.0 && range_m < self.passes_below_m {
-            -libm::exp(-self.pass_falloff * bearing_share * bearing_share) / self.passes_per_hit
+            -self.hits_per_pass * libm::exp(-self.pass_falloff * bearing_share * bearing_share)
         } else {
             0.0
         }
@@ -78,7 +79,7 @@ impl NearRangeParameters {
 ///
 /// ```text
 /// hit    z < z_h, |r - z| <= beta      S += 1
-/// pass   r < z_p, r < z - beta         S -= exp(-k_p (theta / H)^2) / k
+/// pass   r < z_p, r < z - beta         S -= k exp(-k_p (theta / H)^2)
 /// ```
 ///
 /// A cell is occupied if S > 0. Every other cell that lay in the cone of a reading is free,

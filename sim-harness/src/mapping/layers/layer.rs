@@ -18,6 +18,9 @@ pub struct LayerParameters {
     /// Range of a scanner up to which echoes count, metres; a beam that measures farther
     /// passes the cells up to there.
     pub scanner_reach_m: f64,
+    /// Distance before the end of a beam within which cells are not passed, metres: a beam
+    /// that meets a wall at a grazing angle touches its cells before it ends in one.
+    pub scanner_tolerance_m: f64,
     /// What a return of a scanner without an echo counts as: [`NoEcho::Free`] or nothing.
     pub scanner_no_echo: NoEcho,
     /// The same of a cone.
@@ -26,11 +29,16 @@ pub struct LayerParameters {
 
 impl LayerParameters {
     /// p(hit | occupied) = p(no hit | free) = 0.55, the first as the source prints it.
+    ///
+    /// With a tolerance of 0 the walls of the drones' maze (recording `nano_swarm`, cells of
+    /// 0.05 m) are found at a rate of 0.57, with 0.05 m at 0.66; those of the corridor
+    /// (`kcma`, cells of 0.10 m) at 0.78 and 0.79.
     pub const LEE: Self = Self {
         // ln(0.55 / 0.45)
         hit: 0.200_670_695_462_151_1,
         limit: 20.0,
         scanner_reach_m: 8.0,
+        scanner_tolerance_m: 0.05,
         scanner_no_echo: NoEcho::Free,
         cone_no_echo: NoEcho::Dropped,
     };
@@ -40,8 +48,8 @@ impl LayerParameters {
 ///
 /// A scan gives a cell at most one hit and, if it has none, at most one pass, however many
 /// of its beams meet the cell. A scanner hits the cell that holds the end of a beam and
-/// passes those before it; a cone hits the cells within a cell's size of the measured range
-/// and passes those before them.
+/// passes those before it, up to the tolerance; a cone hits the cells within a cell's size
+/// of the measured range and passes those before them.
 #[derive(Clone, Debug)]
 pub struct SensorLayer {
     kind: SensorKind,
@@ -140,21 +148,21 @@ impl SensorLayer {
             return (!is_dropped).then_some((measured, self.log_odds.cell_m()));
         }
         let reach_m = self.parameters.scanner_reach_m;
-        // A beam passes all cells before its end: its standard deviation makes no band.
+        // The tolerance is that of the parameters, whatever the standard deviation.
         let sigma_m = 0.0;
-        let measured = match measured {
-            Return::Echo { range_m, .. } if range_m < reach_m => Return::Echo { range_m, sigma_m },
-            Return::Echo { range_m, .. } => Return::NoEcho {
-                limit_m: range_m.min(reach_m),
-                sigma_m,
-            },
-            Return::NoEcho { limit_m, .. } if no_echo == NoEcho::Free => Return::NoEcho {
-                limit_m: limit_m.min(reach_m),
-                sigma_m,
-            },
-            Return::NoEcho { .. } | Return::TooClose | Return::Invalid => return None,
+        let passed = |limit_m: f64| {
+            let limit_m = limit_m.min(reach_m);
+            Some((Return::NoEcho { limit_m, sigma_m }, 0.0))
         };
-        Some((measured, 0.0))
+        match measured {
+            Return::Echo { range_m, .. } if range_m < reach_m => {
+                let echo = Return::Echo { range_m, sigma_m };
+                Some((echo, self.parameters.scanner_tolerance_m))
+            }
+            Return::Echo { range_m, .. } => passed(range_m),
+            Return::NoEcho { limit_m, .. } if no_echo == NoEcho::Free => passed(limit_m),
+            Return::NoEcho { .. } | Return::TooClose | Return::Invalid => None,
+        }
     }
 
     fn count(&mut self, cells: &[Cell], is_occupied: bool) {

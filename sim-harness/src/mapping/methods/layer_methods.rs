@@ -11,21 +11,33 @@ const MINMAX: &str = "Lee, MinMax fusion of the layers";
 
 impl Method {
     /// The layer of the scanners.
-    pub const LASER: Self = Self::new("laser", LASER, SensorChoice::Each(&[Scanner]), |s| {
+    pub const LASER: Self = Self::layer("laser", LASER, SensorChoice::Each(&[Scanner]), |s| {
         layers(s, &[Scanner], Fusion::MinMax)
     });
     /// The layer of the cones.
-    pub const SONAR: Self = Self::new("sonar", SONAR, SensorChoice::Each(&[Cone]), |s| {
+    pub const SONAR: Self = Self::layer("sonar", SONAR, SensorChoice::Each(&[Cone]), |s| {
         layers(s, &[Cone], Fusion::MinMax)
     });
     /// Both layers; the least probability of free counts.
-    pub const PESSIMISTIC: Self = Self::new("pessimistic", PESSIMISTIC, BOTH, |s| {
+    pub const PESSIMISTIC: Self = Self::layer("pessimistic", PESSIMISTIC, BOTH, |s| {
         layers(s, &[Scanner, Cone], Fusion::Pessimistic)
     });
     /// Both layers; the surest on the side of their mean counts.
-    pub const MINMAX: Self = Self::new("minmax", MINMAX, BOTH, |s| {
+    pub const MINMAX: Self = Self::layer("minmax", MINMAX, BOTH, |s| {
         layers(s, &[Scanner, Cone], Fusion::MinMax)
     });
+
+    const fn layer(
+        name: &'static str,
+        source: &'static str,
+        sensors: SensorChoice,
+        build: fn(&Setup<'_>) -> Box<dyn Mapper>,
+    ) -> Self {
+        Self {
+            splits_keyframes: true,
+            ..Self::new(name, source, sensors, build)
+        }
+    }
 }
 
 const BOTH: SensorChoice = SensorChoice::Each(&[Cone, Scanner]);
