@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use super::{ExperimentCheck, RangeWorld, RoomWalls, SonarEchoes};
 use crate::drive::{Record, TrueWorld};
-use crate::evaluation::cell_truth::{CellScores, ScoredCells, TrueCell, TrueCells, truth_of_shapes};
+use crate::evaluation::cell_truth::{
+    CellScores, ScoredCells, TrueCell, TrueCells, truth_of_shapes,
+};
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Map, Mapper, Method, Setup};

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::datasets::{Dataset, DriveFile, Kcma, PoseSource};
 use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::geometry::Pose2;
-use crate::pipeline::{DriveOptions, dataset_records};
+use crate::pipeline::{DriveOptions, KeyframeShare, dataset_records};
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::{Cone, Directivity, Sensor};
 
@@ -113,9 +113,11 @@ pub(super) fn robond() -> (Rig, Vec<Record>) {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let options = DriveOptions {
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
+        share: KeyframeShare::All,
         mounts: Vec::new(),
     };
     let mut records = Vec::new();

@@ -50,7 +50,9 @@ impl Method {
 
 /// A mapper behind the box of the cones that are mapped.
 fn boxed(mapper: Box<dyn Mapper>, rig: &Rig) -> Box<dyn Mapper> {
-    let mounts = CONES.mounts(rig, &rig.mounts_named(&[])).unwrap_or_default();
+    let mounts = CONES
+        .mounts(rig, &rig.mounts_named(&[]))
+        .unwrap_or_default();
     let kinds: Vec<_> = (rig.mounts.iter().zip(mounts))
         .filter_map(|(mount, is_mapped)| is_mapped.then_some(mount.sensor.kind()))
         .collect();
