@@ -325,11 +325,14 @@ impl Recording {
         truth: Option<&DriveTruth>,
     ) -> Result<(), WriteError> {
         output::create_folder(&self.out)?;
-        let known = made
-            .iter()
-            .filter_map(|(_, made)| CellWindow::known(&made.map));
-        let (Some(window), Some((_, first))) = (known.reduce(CellWindow::joined), made.first())
-        else {
+        // A scanner looks farther than the sensors of the other methods.
+        let window_of = |splits: bool| {
+            let maps = made.iter().filter(|(_, made)| made.splits == splits);
+            let known = maps.filter_map(|(_, made)| CellWindow::known(&made.map));
+            known.reduce(CellWindow::joined)
+        };
+        let window = window_of(false).or_else(|| window_of(true));
+        let (Some(window), Some((_, first))) = (window, made.first()) else {
             return Ok(());
         };
         let (path, jumps) = (&first.run.path, &first.run.jumps);

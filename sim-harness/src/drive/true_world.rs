@@ -103,21 +103,26 @@ impl TrueWorld {
         Ok(Self::Walls(walls))
     }
 
-    /// Whether all walls lie on the borders of cells of a size, metres, that are counted from
-    /// the world's origin: a cell beside such a wall would be wall or not by rounding.
+    /// Whether most of the walls, by length, run along the borders of cells of a size, metres,
+    /// that are counted from the world's origin: which cell beside such a wall is wall would
+    /// be decided by rounding.
     #[must_use]
     pub fn lies_on_borders(&self, cell_m: f64) -> bool {
-        let is_multiple = |metres: f64| {
-            let cells = metres / cell_m;
-            (cells - cells.round()).abs() < 1e-6
-        };
         let Self::Walls(walls) = self else {
             return false;
         };
-        let ends = walls.iter().flatten();
-        ends.clone().count() > 0
-            && ends
-                .into_iter()
-                .all(|it| is_multiple(it.x) && is_multiple(it.y))
+        let is_border = |from: f64, to: f64| {
+            let cells = from / cell_m;
+            (from - to).abs() < 1e-6 && (cells - cells.round()).abs() < 1e-6
+        };
+        let (mut along_m, mut all_m) = (0.0, 0.0);
+        for [from, to] in walls {
+            let length_m = (*to - *from).norm();
+            all_m += length_m;
+            if is_border(from.x, to.x) || is_border(from.y, to.y) {
+                along_m += length_m;
+            }
+        }
+        all_m > 0.0 && 2.0 * along_m > all_m
     }
 }

@@ -5,10 +5,13 @@
 //! a [`Calculus`] holds the evidence of a cell and gives the [`Belief`] that follows.
 
 mod all_free;
+mod approximate_likelihood;
 mod beam_particles;
 mod bearing_bins;
 mod belief;
 mod calculus;
+mod cone_readings;
+mod consistent_echoes;
 mod counting;
 mod evidence;
 mod finish_progress;
@@ -16,6 +19,7 @@ mod footprint;
 mod grid;
 mod inverse_sensor;
 mod layers;
+mod likelihood_map;
 mod mapped_wall;
 mod methods;
 mod near_range;
@@ -25,13 +29,17 @@ mod range_sensor_layer;
 mod scan_returns;
 #[cfg(test)]
 mod test_drives;
+#[cfg(test)]
+mod toy_scene;
 mod wall_map;
 
 pub use all_free::AllFreeMapper;
+pub use approximate_likelihood::{ApproximateLikelihoodMapper, EchoFilter};
 pub use beam_particles::{BeamForm, BeamMapper};
 pub use bearing_bins::{BearingBinMapper, BearingBinParameters};
 pub use belief::{Belief, Occupancy};
 pub use calculus::{Calculus, Counts, Evidence, LogOdds};
+pub use consistent_echoes::{ConsistentEchoMapper, EchoJudgement};
 pub use counting::CountingMapper;
 pub use evidence::{
     Bayes, BoxMapper, Complements, ConeEvidenceMapper, ConePlace, DempsterShafer, Fuzzy, Masses,
@@ -42,6 +50,9 @@ pub use footprint::FootprintMapper;
 pub use grid::{Grid, MAX_CELLS};
 pub use inverse_sensor::{InverseSensorMapper, InverseSensorParameters, NoEcho};
 pub use layers::{Fused, Fusion, LayerMapper, LayerParameters, SensorLayer};
+pub use likelihood_map::{
+    LikelihoodMapper, LikelihoodParameters, MaximumReading, Objective, Reach, Sweep,
+};
 pub use mapped_wall::MappedWall;
 pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
 pub use near_range::{NearRangeMapper, NearRangeParameters};

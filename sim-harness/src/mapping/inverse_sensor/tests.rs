@@ -179,7 +179,7 @@ fn a_robot_absurdly_far_away_is_counted_as_refused() {
 }
 
 #[test]
-fn four_sonar_echoes_give_the_tabulated_cells_and_log_odds() {
+fn g15_four_sonar_echoes_give_the_tabulated_cells_and_log_odds() {
     let scans = [
         ((0.51, 1.53), echo(1.52)),
         ((0.51, 1.23), echo(1.52)),
@@ -198,7 +198,22 @@ fn four_sonar_echoes_give_the_tabulated_cells_and_log_odds() {
 }
 
 #[test]
-fn decay_weighs_an_echo_by_what_is_left_of_the_range() {
+fn g2_cells_are_free_before_the_band_and_occupied_within_it() {
+    // Centres at 1.80, 1.95 and 2.15 m from the sensor; a band of 0.10 m each way.
+    let parameters = InverseSensorParameters {
+        tolerance_cells: 2.0,
+        ..RANGE
+    };
+    let mapper = mapped(&cone(), 0.05, parameters, &[((0.025, 0.025), echo(2.0))]);
+    let map = mapper.map();
+    let class = |range_m| map.occupancy(map.cell_at(0.025 + range_m, 0.025).unwrap());
+    assert_eq!(class(1.80), Occupancy::Free);
+    assert_eq!(class(1.95), Occupancy::Occupied);
+    assert_eq!(class(2.15), Occupancy::Unknown);
+}
+
+#[test]
+fn g2_decay_weighs_an_echo_by_what_is_left_of_the_range() {
     let parameters = InverseSensorParameters {
         decay_m: Some(5.0),
         ..RANGE

@@ -4,6 +4,7 @@ mod evidence_methods;
 mod filters;
 mod inverse_models;
 mod layer_methods;
+mod likelihood_methods;
 mod method;
 mod near_methods;
 mod particles;
