@@ -60,7 +60,7 @@ fn what_is_no_sweep_and_no_room_is_refused() {
     let (drive, out) = (folder.path().join("drive"), folder.path().join("out"));
     for (content, words) in [
         ("", "no row of the format sharp_ir"),
-        ("[[1, \u{1b}[2J]]", "values where 60 are expected"),
+        ("[[1, \u{1b}[2J]]", "byte 1: '\\u{1b}[2J' is no number"),
         ("1,2\n3,4\n", "no sweep has more than 10 echoes"),
     ] {
         fs::write(&drive, content).unwrap();

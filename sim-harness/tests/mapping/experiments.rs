@@ -4,8 +4,8 @@ use std::path::Path;
 
 use sim_harness::datasets::{DriveFile, PoseSource, SharpIr};
 use sim_harness::experiments::{
-    Flight, FlightFigures, FlightForm, MaximumRange, RUNS, ServoScan, ServoScanFigures, ServoSweep,
-    sweeps,
+    ExperimentReport, Flight, FlightFigures, FlightForm, MaximumRange, RUNS, ServoScan,
+    ServoScanFigures, ServoSweep, corridor, specular_room, sweeps, two_sensors,
 };
 use sim_harness::rig::Rig;
 
@@ -149,4 +149,25 @@ fn the_beam_filter_finds_the_walls_around_drones_and_more_of_them_by_sharing() {
     let gain = shared.recall_of_all() - four.recall_of_all();
     assert!(gain >= 0.08, "{gain}");
     assert!(shared.precision() >= 0.88, "{}", shared.precision());
+}
+
+/// Panics with the whole report where a check does not hold.
+fn assert_holds(report: &ExperimentReport) {
+    assert!(!report.checks.is_empty());
+    assert!(report.checks.iter().all(|check| check.holds), "{report:#?}");
+}
+
+#[test]
+fn in_a_simulated_room_filtered_echoes_give_the_better_maps() {
+    assert_holds(&specular_room(&(SEED..SEED + 2)).unwrap());
+}
+
+#[test]
+fn in_a_simulated_corridor_the_box_mends_corners_and_closes_openings() {
+    assert_holds(&corridor(&(SEED..SEED + 2)).unwrap());
+}
+
+#[test]
+fn in_simulated_hallways_the_fusions_trade_free_space_for_walls() {
+    assert_holds(&two_sensors(&(SEED..SEED + 2)).unwrap());
 }
