@@ -1,5 +1,8 @@
 //! `cargo ipf experiments`: experiments of the papers on mapping, computed again.
 
+mod servo_scan;
+mod sharing;
+
 use std::ops::Range;
 
 use clap::{Args, Subcommand};
@@ -9,9 +12,9 @@ use sim_harness::experiments::{
     two_sensors,
 };
 
-use super::experiments_servo_scan::ServoScanCommand;
-use super::experiments_sharing::SharingCommand;
 use super::{CommandResult, ExitStatus, arguments};
+use servo_scan::ServoScanCommand;
+use sharing::SharingCommand;
 
 /// Arguments of `experiments`.
 #[derive(Debug, Args)]
@@ -81,7 +84,7 @@ impl ExperimentsCommand {
 }
 
 /// Prints a table, what was to be shown, and whether it holds.
-pub(super) fn print_report(report: &ExperimentReport) -> ExitStatus {
+fn print_report(report: &ExperimentReport) -> ExitStatus {
     for line in &report.lines {
         console::print(line);
     }
@@ -89,7 +92,7 @@ pub(super) fn print_report(report: &ExperimentReport) -> ExitStatus {
 }
 
 /// Prints what was to be shown and whether it holds.
-pub(super) fn print_checks(checks: &[ExperimentCheck]) -> ExitStatus {
+fn print_checks(checks: &[ExperimentCheck]) -> ExitStatus {
     for check in checks {
         console::print(check);
     }

@@ -14,8 +14,6 @@ mod evaluate_report;
 mod evaluate_tables;
 mod exit_code;
 mod experiments;
-mod experiments_servo_scan;
-mod experiments_sharing;
 mod figures;
 mod footprint;
 mod image;

@@ -9,8 +9,8 @@ use sim_harness::report::{Picture, beside, servo_scan_picture};
 use sim_harness::rig::Rig;
 use sim_harness::{console, output};
 
-use super::experiments::print_report;
-use super::{CommandResult, arguments};
+use super::print_report;
+use crate::cli::{CommandResult, arguments};
 
 /// Arguments of `experiments servo-scan`.
 #[derive(Debug, Args)]
@@ -34,7 +34,10 @@ impl ServoScanCommand {
         arguments::check_folder("--out", &self.out)?;
         let rig = match &self.rig {
             Some(path) => Rig::load(path)?,
-            None => Rig::parse("sharp_ir.toml", include_str!("../../../rigs/sharp_ir.toml"))?,
+            None => Rig::parse(
+                "sharp_ir.toml",
+                include_str!("../../../../rigs/sharp_ir.toml"),
+            )?,
         };
         let files = ["particles.csv", "particles.png"].map(|name| self.out.join(name));
         let inputs = [&self.drive].into_iter().chain(&self.rig);

@@ -9,8 +9,8 @@ use sim_harness::datasets::{DriveFile, PoseSource};
 use sim_harness::experiments::{ExperimentCheck, Flight, FlightFigures, FlightForm, RUNS};
 use sim_harness::rig::Rig;
 
-use super::experiments::print_checks;
-use super::{CommandResult, arguments};
+use super::print_checks;
+use crate::cli::{CommandResult, arguments};
 
 /// Arguments of `experiments sharing`.
 #[derive(Debug, Args)]
