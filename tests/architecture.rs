@@ -201,7 +201,7 @@ fn pins_and_registers_are_named_by_the_board_and_the_line_alone() {
 
 /// The modules of the harness from the lowest to the highest: each imports only modules
 /// before it.
-const HARNESS_LAYERS: [&str; 29] = [
+const HARNESS_LAYERS: [&str; 30] = [
     "escape",
     "bounded",
     "quantity",
@@ -229,6 +229,7 @@ const HARNESS_LAYERS: [&str; 29] = [
     "pipeline",
     "evaluation",
     "report",
+    "experiments",
     "cli",
     "main",
 ];

@@ -12,6 +12,7 @@
 //! Drives of other robots have another path: a rig file lists the sensors
 //! and their poses ([`rig`]), a recording is read into records ([`datasets`], [`drive`]),
 //! and the pipeline ([`pipeline`]) maps the sensors' returns ([`sensors`], [`mapping`]).
+//! The experiments of the papers on mapping are computed again in [`experiments`].
 //!
 //! [`bus`] models the parts of the robot's two I2C buses as they behave on the wire, faults
 //! included; the drivers run against them. A whole simulated robot ([`robot`]) drives
@@ -28,6 +29,7 @@ pub mod device;
 pub mod drive;
 mod escape;
 pub mod evaluation;
+pub mod experiments;
 pub mod faults;
 mod filter_config;
 pub mod geometry;

@@ -15,7 +15,7 @@ Exit codes:
      board sent nothing for 2 s
   1  done, and what was to be shown does not hold: replay says DIFFERENT, offsets refused
      a sensor or no measurement was reported, image has problems, evaluate --check misses
-     a threshold
+     a threshold, experiments prints FAIL
   2  not done: a word, a file or a board that is of no use, a recording that leads to no
      step or whose odometry does not move, a drive of which map has nothing to map, or
      --strict of replay or map and a recording with something left out

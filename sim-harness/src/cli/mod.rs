@@ -13,6 +13,7 @@ mod evaluate_recorded;
 mod evaluate_report;
 mod evaluate_tables;
 mod exit_code;
+mod experiments;
 mod figures;
 mod footprint;
 mod image;
@@ -71,6 +72,8 @@ enum IpfCommand {
     Calibrate(calibrate::Calibrate),
     /// Compare the end errors of odometry: raw, calibrated, and filtered with a compass.
     Odometry(odometry::OdometryCommand),
+    /// Compute experiments of the papers on mapping again, and check what they report.
+    Experiments(experiments::ExperimentsCommand),
     /// Build the flash image, check it and print its sizes.
     Image(image::ImageCommand),
 }
@@ -139,6 +142,7 @@ impl IpfCommand {
             Self::Evaluate(evaluate) => evaluate.run(),
             Self::Calibrate(calibrate) => calibrate.run(),
             Self::Odometry(odometry) => odometry.run(),
+            Self::Experiments(experiments) => experiments.run(),
             Self::Image(image) => image.run(),
         }
     }

@@ -33,7 +33,8 @@ pub(super) fn numbers_of<const N: usize>(
     Ok(row)
 }
 
-fn number(lines: &Lines, field: &str) -> Result<f64, RefusedRow> {
+/// A finite number of the line that was read last.
+pub(super) fn number(lines: &Lines, field: &str) -> Result<f64, RefusedRow> {
     let value = field.parse().ok().filter(|value: &f64| value.is_finite());
     value.ok_or_else(|| {
         let shown = escaped(field);

@@ -10,13 +10,18 @@ mod fields;
 mod kcma;
 mod lines;
 mod nano_swarm;
+mod number_rows;
+mod player;
 mod pose_source;
+mod sharp_ir;
 
 pub use amiro::Amiro;
 pub use error::{DatasetError, RefusedRow, RefusedRows};
 pub use kcma::Kcma;
 pub use nano_swarm::NanoSwarm;
+pub use player::Player;
 pub use pose_source::{PoseSource, UnknownPoseSource};
+pub use sharp_ir::SharpIr;
 
 use std::path::Path;
 
@@ -28,7 +33,7 @@ use crate::drive::{Keyframes, Record, RingCalibration, TrueWorld};
 use crate::rig::Rig;
 
 /// The formats that are known, in the order in which they are tried.
-pub const DATASETS: [&dyn Dataset; 3] = [&Kcma, &NanoSwarm, &Amiro];
+pub const DATASETS: [&dyn Dataset; 5] = [&Kcma, &NanoSwarm, &Player, &SharpIr, &Amiro];
 
 /// A drive to be read.
 #[derive(Clone, Copy, Debug)]

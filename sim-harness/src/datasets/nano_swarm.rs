@@ -20,8 +20,12 @@
 //! one after the other, with a reset of the odometry between them. The recording has no
 //! time: a frame lasts 2/15 s, and nothing lies between two scans.
 
+mod walls;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+
+use walls::walls_of;
 
 use super::error::shown;
 use super::fields::{measured_m, numbers_of};
@@ -85,27 +89,8 @@ impl Dataset for NanoSwarm {
         Some(include_str!("../../../rigs/nano_swarm_both.toml"))
     }
 
-    /// The walls of the environment that the repository's notebook gives for a run, from the
-    /// files of walls beside the experiments.
     fn true_world(&self, path: &Path) -> Result<Option<TrueWorld>, DatasetError> {
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
-        let Some((experiment, run)) = path.parent().and_then(name).zip(name(&path)) else {
-            return Ok(None);
-        };
-        let walls = match (experiment.as_str(), run.as_str()) {
-            ("exp1", "two-drones") => "walls_env1a.csv",
-            ("exp1", "four-drones") => "walls_env1b.csv",
-            ("exp2", _) => "walls_env2.csv",
-            _ => return Ok(None),
-        };
-        let walls = path
-            .parent()
-            .and_then(Path::parent)
-            .map(|it| it.join(walls));
-        let walls = walls.filter(|walls| walls.is_file());
-        let world = walls.as_deref().map(TrueWorld::load_walls).transpose();
-        world.map_err(DatasetError::Walls)
+        walls_of(path)
     }
 
     fn recognises(&self, path: &Path) -> bool {

@@ -112,6 +112,7 @@ pub(super) fn robond() -> (Rig, Vec<Record>) {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let mut keyframes = Keyframes::new(0.10, 5_f64.to_radians());
     let mut is_keyframe = false;

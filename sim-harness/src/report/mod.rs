@@ -18,6 +18,7 @@ mod picture;
 mod pixel_grid;
 mod run_files;
 mod scale_bar;
+mod servo_scan_picture;
 mod text;
 mod wall_files;
 mod wall_overlay;
@@ -32,5 +33,6 @@ pub use paper::{FigureError, PageSection, PageTable, Panel, PanelRow, PaperFigur
 pub use picture::{Colour, Picture, beside};
 pub use pixel_grid::{FREE, OCCUPIED, UNKNOWN};
 pub use run_files::{RUN_FILES, RunSummary, WallCount, WallReports, run_picture, save_run_map};
+pub use servo_scan_picture::servo_scan_picture;
 pub use wall_files::{WALL_FILES, save_walls};
 pub use wall_overlay::WALL;

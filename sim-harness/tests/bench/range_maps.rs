@@ -12,7 +12,7 @@ use sim_harness::drive::{Keyframes, Record, Return};
 use sim_harness::geometry::Pose2;
 use sim_harness::lattice::Lattice;
 use sim_harness::mapping::{Mapper, Method, Setup};
-use sim_harness::pipeline::{self, DriveOptions};
+use sim_harness::pipeline::{self, DriveOptions, KeyframeShare};
 use sim_harness::rig::Rig;
 use sim_harness::sensors::View;
 
@@ -30,10 +30,16 @@ fn records(rig: &Rig) -> Vec<Record> {
         rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let options = DriveOptions {
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
-        mounts: vec!["sonar".to_owned()],
+        share: KeyframeShare::All,
+        mounts: rig
+            .mounts
+            .iter()
+            .map(|it| it.name.starts_with("sonar"))
+            .collect(),
     };
     let mut records = Vec::new();
     let mut take = |record: &Record| records.push(record.clone());

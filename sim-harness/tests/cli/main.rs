@@ -5,6 +5,7 @@ mod common;
 
 mod command_line;
 mod console;
+mod experiments;
 mod literature;
 mod map;
 mod no_steps;

@@ -12,6 +12,8 @@ use sim_harness::mapping::{Map, Mapper, Method, Occupancy, Setup};
 use sim_harness::pipeline::{self, DriveFigures, DriveOptions, KeyframeShare, NothingMapped};
 use sim_harness::rig::Rig;
 
+use crate::common::report_skipped;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -106,19 +108,26 @@ fn sonar_maps_have_the_published_number_of_cells() {
     }
 }
 
-#[test]
-fn sonar_echoes_add_up_to_the_recorded_ranges() {
-    let (records, _) = read(&robond(), PoseSource::Odometry).unwrap();
+/// Keyframes, readings of the sonars at them, those with an echo, and the sum of their ranges.
+fn sonar_readings(folder: &Path, poses: PoseSource) -> (usize, usize, usize, f64) {
+    let (records, refused) = read(folder, poses).unwrap();
+    assert_eq!(refused.count, 0, "{refused}");
     let mut keyframes = Keyframes::new(0.10, 5_f64.to_radians());
     let (mut is_keyframe, mut sum_m) = (false, 0.0);
+    let [mut kept, mut readings, mut echoes] = [0; 3];
     for record in &records {
         match record {
             Record::Pose {
                 world_from_body, ..
-            } => is_keyframe = keyframes.take(world_from_body),
-            Record::Scan(scan) if is_keyframe => {
+            } => {
+                is_keyframe = keyframes.take(world_from_body);
+                kept += usize::from(is_keyframe);
+            }
+            Record::Scan(scan) if is_keyframe && scan.mounts.start == 0 => {
+                readings += scan.returns.len();
                 for measured in &scan.returns {
                     if let Return::Echo { range_m, .. } = measured {
+                        echoes += 1;
                         sum_m += range_m;
                     }
                 }
@@ -126,7 +135,39 @@ fn sonar_echoes_add_up_to_the_recorded_ranges() {
             _ => {}
         }
     }
+    (kept, readings, echoes, sum_m)
+}
+
+#[test]
+fn g18_readings_of_the_fixture() {
+    let (keyframes, readings, echoes, sum_m) = sonar_readings(&robond(), PoseSource::Odometry);
+    assert_eq!((keyframes, readings, echoes), (187, 1496, 1038));
+    // The recording has millimetres.
     assert!((sum_m - 2434.2).abs() < 1e-6, "{sum_m}");
+}
+
+#[test]
+fn g17_the_runs_of_kcma_have_the_published_keyframes() {
+    let drives = root().join("../../shared/data/kcma");
+    if !drives.is_dir() {
+        report_skipped("the recordings of kcma are missing");
+        return;
+    }
+    let kept = |run: &str, poses| {
+        let (keyframes, readings, echoes, _) = sonar_readings(&drives.join(run), poses);
+        (keyframes, readings, echoes)
+    };
+    let (keyframes, ..) = kept("test1", PoseSource::Odometry);
+    assert_eq!(keyframes, 187);
+    // Published for test4 are 232, 1856, 1629, of poses that were not rounded: with the
+    // file's four decimals one pose has moved by 0.10001 m and is a keyframe too.
+    for (run, expected) in [
+        ("test1", (183, 1464, 1014)),
+        ("test3", (102, 816, 677)),
+        ("test4", (233, 1864, 1636)),
+    ] {
+        assert_eq!(kept(run, PoseSource::Matched), expected, "{run}");
+    }
 }
 
 #[test]

@@ -8,6 +8,9 @@ mod datasets;
 mod joined_recordings;
 #[cfg(target_os = "linux")]
 mod memory;
+mod mutated_files;
 mod nano_swarm;
+mod player;
 mod recordings;
+mod sharp_ir;
 mod stamps;

@@ -10,7 +10,7 @@ use sim_harness::mapping::{
     InverseSensorParameters, LikelihoodMapper, LikelihoodParameters, Map, Mapper, Method, NoEcho,
     Objective, Occupancy, Setup,
 };
-use sim_harness::pipeline::{self, DriveOptions};
+use sim_harness::pipeline::{self, DriveOptions, KeyframeShare};
 use sim_harness::rig::Rig;
 
 use crate::common::root;
@@ -54,10 +54,16 @@ fn records() -> Vec<Record> {
         rig: &rig,
         poses: PoseSource::Odometry,
         calibration: None,
+        profile: None,
     };
     let options = DriveOptions {
         keyframes: Keyframes::new(0.10, 5_f64.to_radians()),
-        mounts: vec!["sonar".to_owned()],
+        share: KeyframeShare::All,
+        mounts: rig
+            .mounts
+            .iter()
+            .map(|it| it.name.starts_with("sonar"))
+            .collect(),
     };
     let mut records = Vec::new();
     let mut take = |record: &Record| records.push(record.clone());

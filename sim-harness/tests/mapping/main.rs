@@ -5,6 +5,7 @@ mod common;
 
 mod beam_particles;
 mod drive_by;
+mod experiments;
 mod likelihood_methods;
 mod recorded_drives;
 mod recorded_walls;

@@ -1,0 +1,104 @@
+//! `cargo ipf experiments`: experiments of the papers on mapping, computed again.
+
+mod servo_scan;
+mod sharing;
+
+use std::ops::Range;
+
+use clap::{Args, Subcommand};
+use sim_harness::console;
+use sim_harness::experiments::{
+    ExperimentCheck, ExperimentError, ExperimentReport, corridor, odometry_lap, specular_room,
+    two_sensors,
+};
+
+use super::{CommandResult, ExitStatus, arguments};
+use servo_scan::ServoScanCommand;
+use sharing::SharingCommand;
+
+/// Arguments of `experiments`.
+#[derive(Debug, Args)]
+pub(super) struct ExperimentsCommand {
+    #[command(subcommand)]
+    experiment: Experiment,
+}
+
+#[derive(Debug, Subcommand)]
+enum Experiment {
+    /// Run the beam filter over a recorded servo sweep (Kleppe and Skavhaug 2013).
+    ServoScan(ServoScanCommand),
+    /// Run the beam filter on recorded drones in a known room, alone and sharing.
+    Sharing(SharingCommand),
+    /// Simulate a room with specular walls (Carvalho and Ventura 2013).
+    #[command(name = "001")]
+    SpecularRoom(Seeds),
+    /// Simulate a corridor and the box around the robot (Ivanjko, Petrovic and Macek 2003).
+    #[command(name = "002")]
+    Corridor(Seeds),
+    /// Simulate hallways for a laser and sonars, a layer each (Lee).
+    #[command(name = "004")]
+    TwoSensors(Seeds),
+    /// Simulate a lap with wrong wheels and a compass (Ivanjko, Petrovic and Macek 2003).
+    Odometry(Seeds),
+    /// All that are simulated.
+    All(Seeds),
+}
+
+/// Seeds of a simulated experiment.
+#[derive(Debug, Args)]
+struct Seeds {
+    /// Seeds from A up to B, without B; figures are means over them.
+    #[arg(long, default_value = "100..105", value_name = "A..B", value_parser = arguments::seeds, allow_hyphen_values = true)]
+    seeds: Range<u64>,
+}
+
+/// A simulated experiment.
+type Simulated = fn(&Range<u64>) -> Result<ExperimentReport, ExperimentError>;
+
+impl ExperimentsCommand {
+    /// Runs the command.
+    pub(super) fn run(self) -> CommandResult {
+        let (seeds, simulated): (_, &[Simulated]) = match self.experiment {
+            Experiment::ServoScan(command) => return command.run(),
+            Experiment::Sharing(command) => return command.run(),
+            Experiment::SpecularRoom(seeds) => (seeds, &[specular_room]),
+            Experiment::Corridor(seeds) => (seeds, &[corridor]),
+            Experiment::TwoSensors(seeds) => (seeds, &[two_sensors]),
+            Experiment::Odometry(seeds) => (seeds, &[odometry_lap]),
+            Experiment::All(seeds) => {
+                (seeds, &[specular_room, corridor, two_sensors, odometry_lap])
+            }
+        };
+        let mut holds = true;
+        for experiment in simulated {
+            let status = print_report(&experiment(&seeds.seeds)?);
+            holds &= matches!(status, ExitStatus::Good);
+            console::print("");
+        }
+        Ok(if holds {
+            ExitStatus::Good
+        } else {
+            ExitStatus::Failed
+        })
+    }
+}
+
+/// Prints a table, what was to be shown, and whether it holds.
+fn print_report(report: &ExperimentReport) -> ExitStatus {
+    for line in &report.lines {
+        console::print(line);
+    }
+    print_checks(&report.checks)
+}
+
+/// Prints what was to be shown and whether it holds.
+fn print_checks(checks: &[ExperimentCheck]) -> ExitStatus {
+    for check in checks {
+        console::print(check);
+    }
+    if checks.iter().all(|check| check.holds) {
+        ExitStatus::Good
+    } else {
+        ExitStatus::Failed
+    }
+}
