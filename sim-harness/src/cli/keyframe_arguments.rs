@@ -19,15 +19,15 @@ pub(super) struct KeyframeArguments {
 }
 
 impl KeyframeArguments {
-    /// The keyframes that were asked for, or the format's.
-    pub(super) fn keyframes(&self, usual: Keyframes) -> Keyframes {
+    /// The keyframes that were asked for.
+    pub(super) fn given(&self) -> Option<Keyframes> {
         match (self.all_poses, self.keyframe_mm, self.keyframe_deg) {
-            (true, ..) => Keyframes::new(0.0, 0.0),
-            (false, None, None) => usual,
-            (false, mm, deg) => Keyframes::new(
+            (true, ..) => Some(Keyframes::new(0.0, 0.0)),
+            (false, None, None) => None,
+            (false, mm, deg) => Some(Keyframes::new(
                 1e-3 * f64::from(mm.unwrap_or(100)),
                 f64::from(deg.unwrap_or(5)).to_radians(),
-            ),
+            )),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What `map` prints.
 
 use sim_harness::console;
+use sim_harness::evaluation::cell_truth::{DriveTruth, TrueCell};
+use sim_harness::evaluation::drive_maps::RecordedDrive;
 use sim_harness::mapping::MAX_CELLS;
 use sim_harness::pipeline::DriveSummary;
 use sim_harness::report::DriveMapSummary;
@@ -23,6 +25,28 @@ pub(super) fn left_out(drive: &DriveSummary) {
         console::warn(format_args!(
             "the recording has no data for {}",
             drive.mounts_without_data.join(", ")
+        ));
+    }
+}
+
+/// Prints where a truth is from and its size, and warns of one that hardly fits.
+pub(super) fn truth(drive: &RecordedDrive, truth: &DriveTruth) {
+    let occupied = truth.cells.number_of(TrueCell::Occupied);
+    if let Some(world) = &drive.world {
+        console::print(format_args!(
+            "truth from {world}: {occupied} occupied and {} free cells of {:.0} mm",
+            truth.cells.number_of(TrueCell::Free),
+            1e3 * truth.cells.cell_m()
+        ));
+    }
+    if occupied == 0 {
+        console::warn("no true wall is near the robot: do the poses have another origin?");
+    }
+    let [places, inside] = truth.places;
+    if inside < places {
+        console::warn(format_args!(
+            "{} of {places} poses lie in or behind a true wall",
+            places - inside
         ));
     }
 }

@@ -19,13 +19,12 @@ mod footprint;
 mod image;
 mod keyframe_arguments;
 mod map;
-mod map_drive;
+mod map_arguments;
+mod map_drives;
 mod map_report;
-mod map_table;
 mod odometry;
 mod offsets;
 mod overrides;
-mod peak_memory;
 mod progress;
 mod record;
 mod record_log;
@@ -59,7 +58,7 @@ enum IpfCommand {
     /// Run a recorded drive through the filter, on this host or on a board, and map it.
     Replay(replay::Replay),
     /// Map a recorded drive: an AMiRo's, or any robot's with sonars or a laser.
-    Map(map::MapCommand),
+    Map(map_arguments::MapCommand),
     /// Record a robot that reads its own sensors and odometry.
     Record(record::RecordCommand),
     /// Have a robot measure its sensors' offsets, with nothing near it.

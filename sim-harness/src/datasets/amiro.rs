@@ -17,12 +17,10 @@ use super::error::shown;
 use super::{
     Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, RefusedRows, UsualMapping,
 };
-use crate::drive::{
-    FilterRecords, InputCheck, Keyframes, Record, StepRecords, TrueWorld, replayed_config,
-};
+use crate::drive::{FilterRecords, InputCheck, Keyframes, Record, StepRecords, replayed_config};
 use crate::log::{Format, Refusals, StoredRecording, head_of, is_of_an_amiro};
 use crate::rig::Rig;
-use crate::world::Scenario;
+use crate::world::{Scenario, TrueWorld};
 use crate::{RunOutcome, run_streamed};
 
 /// The format; see the module.

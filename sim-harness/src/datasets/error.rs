@@ -29,7 +29,7 @@ pub enum DatasetError {
     },
     /// A file of walls beside the recording cannot be used.
     #[error(transparent)]
-    Walls(crate::drive::WallFileError),
+    Walls(crate::world::WallFileError),
     /// A file cannot be read.
     #[error("{file}: {source}")]
     Read {

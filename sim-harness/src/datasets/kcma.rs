@@ -19,10 +19,11 @@ use super::error::shown;
 use super::fields::{measured_m, numbers, ranges, same_stamp};
 use super::lines::Lines;
 use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
-use crate::drive::{Keyframes, RangeScan, Record, Return, TrueWorld};
+use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::geometry::Pose2;
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::Sensor;
+use crate::world::TrueWorld;
 
 /// The format; see the module.
 #[derive(Clone, Copy, Debug)]

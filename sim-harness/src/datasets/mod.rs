@@ -29,8 +29,9 @@ use error::shown;
 
 use amiro_ipf::filter::Profile;
 
-use crate::drive::{Keyframes, Record, RingCalibration, TrueWorld};
+use crate::drive::{Keyframes, Record, RingCalibration};
 use crate::rig::Rig;
+use crate::world::TrueWorld;
 
 /// The formats that are known, in the order in which they are tried.
 pub const DATASETS: [&dyn Dataset; 5] = [&Kcma, &NanoSwarm, &Player, &SharpIr, &Amiro];

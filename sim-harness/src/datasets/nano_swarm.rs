@@ -31,11 +31,12 @@ use super::error::shown;
 use super::fields::{measured_m, numbers_of};
 use super::lines::Lines;
 use super::{Dataset, DatasetError, DriveFile, PoseSource, ReadRows, RefusedRow, UsualMapping};
-use crate::drive::{Keyframes, RangeScan, Record, Return, TrueWorld};
+use crate::drive::{Keyframes, RangeScan, Record, Return};
 use crate::escape::escaped;
 use crate::geometry::{Pose2, Vector};
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::{RangeSensor, Sensor};
+use crate::world::TrueWorld;
 
 /// The format; see the module.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,6 @@ mod record;
 mod replayed_config;
 mod ring_calibration;
 mod step_records;
-mod true_world;
 
 pub use filter_records::FilterRecords;
 pub(crate) use filter_records::scan_records;
@@ -19,4 +18,3 @@ pub use record::{PointOutcome, RangeScan, Record, Return};
 pub use replayed_config::replayed_config;
 pub use ring_calibration::RingCalibration;
 pub use step_records::StepRecords;
-pub use true_world::{TrueWorld, WallFileError};

@@ -10,6 +10,7 @@ mod chosen_scenarios;
 mod claim;
 mod claims;
 mod comparison;
+pub mod drive_maps;
 mod drive_scores;
 mod event_scores;
 mod legs;

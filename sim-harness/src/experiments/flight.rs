@@ -9,11 +9,12 @@ use amiro_ipf::random::Generator;
 
 use super::RoomWalls;
 use crate::datasets::{Dataset, DatasetError, DriveFile, NanoSwarm};
-use crate::drive::{RangeScan, Record, Return, TrueWorld};
+use crate::drive::{RangeScan, Record, Return};
 use crate::escape::whole_escaped;
 use crate::geometry::{Pose2, Vector};
 use crate::rig::Rig;
 use crate::sensors::Sensor;
+use crate::world::TrueWorld;
 
 /// Runs of the recordings nano_swarm; drones share in those with four.
 pub const RUNS: [FlightRun; 4] = [

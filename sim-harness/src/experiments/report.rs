@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{ExperimentCheck, RangeWorld, RoomWalls, SonarEchoes};
-use crate::drive::{Record, TrueWorld};
+use crate::drive::Record;
 use crate::evaluation::cell_truth::{
     CellScores, ScoredCells, TrueCell, TrueCells, truth_of_shapes,
 };
@@ -11,6 +11,7 @@ use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Map, Mapper, Method, Setup};
 use crate::rig::{Rig, RigError};
+use crate::world::TrueWorld;
 
 /// Side of a cell, metres. Walls lie on borders of cells: those on both sides are wall.
 const CELL_M: f64 = 0.10;

@@ -1,4 +1,5 @@
-//! Simulated worlds: scenario files, drives through them, and the sensors' readings there.
+//! Worlds: scenario files, simulated drives through them and the sensors' readings there,
+//! and what is known of the world around a recorded drive.
 
 mod amiro_odometry;
 mod bounded;
@@ -21,6 +22,7 @@ mod sensor_pose;
 mod shape;
 mod simulate;
 mod standard;
+mod true_world;
 mod wheel_errors;
 
 pub use crate::geometry::{Rectangle, Turn, Vector};
@@ -45,4 +47,5 @@ pub use shape::Shape;
 pub(crate) use shape::{BoxTable, CylinderTable};
 pub use simulate::{Simulation, simulate, simulate_with};
 pub use standard::{STANDARD, standard, standard_scenarios};
+pub use true_world::{TrueWorld, WallFileError};
 pub use wheel_errors::{WheelErrors, WheelWalk};

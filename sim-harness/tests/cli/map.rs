@@ -146,7 +146,7 @@ fn what_is_missing_is_named_with_what_was_looked_for() {
     fs::remove_file(Path::new(&drive).join("measurement.txt")).unwrap();
     for words in [
         "drive: of no known format; looked for",
-        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a folder with scans.csv, and vicon_poses.csv or poses.csv (nano_swarm); or a file with frames of the link or AMiRo's text (amiro)",
+        "od.txt or poses.txt, and sonar.txt or measurement.txt (kcma); or a folder with scans.csv, and vicon_poses.csv or poses.csv (nano_swarm); or a text file with rows of the server Player 1 (player); or a file with two lines of as many numbers, or with a JSON list of rows of distances (sharp_ir); or a file with frames of the link or AMiRo's text (amiro)",
     ] {
         folder.refuses(&drive, KCMA, &[], words);
     }
@@ -356,4 +356,54 @@ fn odometry_needs_matched_poses_and_names_its_simulated_compass() {
     assert!(shown.contains("The compass is SIMULATED"), "{shown}");
     let figures = fs::read_to_string(&json).unwrap();
     assert!(figures.contains("\"simulated\": true"), "{figures}");
+}
+
+#[test]
+fn outputs_are_no_files_of_the_drive_and_no_maps() {
+    let folder = Folder::new("json");
+    let drive = folder.drive(|_, text| text);
+    let poses = Path::new(&drive).join("poses.txt");
+    let before = fs::read(&poses).unwrap();
+    let json = poses.to_str().unwrap();
+    let words = "this command reads it";
+    folder.refuses(&drive, KCMA, &["--json", json], words);
+    assert_eq!(fs::read(&poses).unwrap(), before);
+    let picture = folder.out().join("summary.json");
+    let picture = picture.to_str().unwrap();
+    folder.refuses(&drive, KCMA, &["--json", picture], "is a file of a map");
+    folder.refuses(
+        &drive,
+        KCMA,
+        &["--sensors", ""],
+        "--sensors: a name is empty",
+    );
+}
+
+#[test]
+fn a_drive_that_cannot_be_read_does_not_end_the_others() {
+    let folder = Folder::new("several");
+    let drive = folder.drive(|_, text| text);
+    let (broken, json) = (
+        folder.0.path().join("broken"),
+        folder.0.path().join("j.json"),
+    );
+    fs::create_dir(&broken).unwrap();
+    fs::write(broken.join("poses.txt"), "1 2 x 4\n").unwrap();
+    fs::write(broken.join("measurement.txt"), "1 2 3 4 5 6 7 8 9\n").unwrap();
+    let rest = [
+        "--methods",
+        "ism,mal",
+        "--json",
+        json.to_str().unwrap(),
+        &drive,
+    ];
+    let (code, shown) = folder.map(broken.to_str().unwrap(), KCMA, &rest);
+    assert_eq!(code, Some(2), "{shown}");
+    assert!(shown.contains("no row of the format kcma"), "{shown}");
+    let rows: Vec<serde_json::Value> =
+        serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    let is_made = |row: &&serde_json::Value| row.get("not_applicable").is_none();
+    assert_eq!((rows.len(), rows.iter().filter(is_made).count()), (4, 2));
+    let map = format!("{}-drive", folder.0.path().file_name().unwrap().display());
+    assert!(folder.out().join(map).join("mal/map.pgm").is_file());
 }

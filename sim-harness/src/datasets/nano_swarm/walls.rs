@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::super::DatasetError;
-use crate::drive::TrueWorld;
+use crate::world::TrueWorld;
 
 /// The walls of the environment that the repository's notebook gives for a run, from the
 /// files of walls beside the experiments; `None` for another folder, and without the file.

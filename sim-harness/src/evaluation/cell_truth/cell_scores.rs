@@ -65,7 +65,7 @@ impl CellScores {
         class: impl Fn(Cell) -> Occupancy,
         p_occ: impl Fn(Cell) -> f32,
     ) -> Self {
-        let mut counts = Counts::default();
+        let mut counts = CellCounts::default();
         let mut ranked = Vec::new();
         for (cell, is_occupied) in scored.with_truth(truth) {
             let found = class(cell);
@@ -88,7 +88,7 @@ impl CellScores {
 
 /// Scored cells by truth and class.
 #[derive(Clone, Copy, Debug, Default)]
-struct Counts {
+struct CellCounts {
     true_positive: u64,
     false_negative: u64,
     unknown_occupied: u64,
@@ -99,7 +99,7 @@ struct Counts {
     ghosts: u64,
 }
 
-impl Counts {
+impl CellCounts {
     fn add(&mut self, is_occupied: bool, found: Occupancy) {
         *match (is_occupied, found) {
             (true, Occupancy::Occupied) => &mut self.true_positive,
@@ -163,14 +163,14 @@ mod tests {
 
     #[test]
     fn g14_scores_of_twenty_cells() {
-        let counts = Counts {
+        let counts = CellCounts {
             true_positive: 3,
             false_positive: 2,
             false_negative: 1,
             true_negative: 10,
             unknown_occupied: 1,
             unknown_free: 3,
-            ..Counts::default()
+            ..CellCounts::default()
         };
         let scores = counts.scores();
         let near = |found: Option<f64>, expected: f64| (found.unwrap() - expected).abs() < 1e-9;
@@ -183,7 +183,7 @@ mod tests {
         // the line and the free cells below: another number.
         let as_printed = counts.false_negative as f64 / 15.0;
         assert!((as_printed - 0.133_333_333).abs() > 0.05);
-        assert_eq!(Counts::default().scores().oe, None);
+        assert_eq!(CellCounts::default().scores().oe, None);
     }
 
     #[test]

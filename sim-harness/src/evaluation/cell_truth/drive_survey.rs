@@ -1,12 +1,14 @@
 //! What the maps of a recorded drive are scored with.
 
+use super::from_shapes::places_in;
 use super::{CellScores, ScannerTruth, ScoredCells, TrueCell, TrueCells, truth_of_shapes};
-use crate::drive::{Record, TrueWorld};
+use crate::drive::Record;
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Belief, Map};
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::SensorKind;
+use crate::world::TrueWorld;
 
 /// Least scans for a class of a cell: of all keyframes, and of every second one.
 const LEAST_SCANS: u16 = 3;
@@ -36,6 +38,8 @@ pub struct DriveTruth {
     pub of_odd_keyframes: Option<TrueCells>,
     /// The cells that are scored.
     pub scored: ScoredCells,
+    /// Keyframes, and how many of them lie in a free cell of known surroundings.
+    pub places: [usize; 2],
 }
 
 impl<'a> DriveSurvey<'a> {
@@ -79,10 +83,14 @@ impl<'a> DriveSurvey<'a> {
     pub fn finish(self) -> DriveTruth {
         let shapes = truth_of_shapes(self.world, self.lattice, &self.places, &self.extent());
         let makes_truth = shapes.is_none();
+        let all = self.places.len();
+        let inside = |cells: &TrueCells| places_in(cells, &self.places);
+        let inside = shapes.as_ref().map_or(all, inside);
         DriveTruth {
             cells: shapes.unwrap_or_else(|| self.of_all.cells()),
             of_odd_keyframes: makes_truth.then(|| self.of_odd.cells()),
             scored: self.scored,
+            places: [all, inside],
         }
     }
 

@@ -1,9 +1,9 @@
 //! The truth about cells from walls that are known exactly.
 
 use super::{TrueCell, TrueCells};
-use crate::drive::TrueWorld;
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::{Cell, Lattice};
+use crate::world::TrueWorld;
 
 /// Rounding that is forgiven in distances, metres.
 const ROUNDING_M: f64 = 1e-9;
@@ -12,10 +12,12 @@ const ROUNDING_M: f64 = 1e-9;
 ///
 /// A cell is occupied if a surface passes within half a cell of its centre. The cells that
 /// are connected with the robot's places over cells without a surface, side by side, are
-/// free; the rest is outside: what lies behind the walls, and the inside of closed blocks.
+/// free. Of places on several sides of a wall the room with most of them counts: the others
+/// are errors of the poses. The rest is outside: what lies behind the walls, and the inside of closed blocks.
 /// Cells beyond `extent` are outside. `None` for a world that a scanner has to measure.
 ///
-/// Cost: the cells within the walls, times the number of surfaces.
+/// Cost: the cells within the walls, times the number of surfaces, for each room that a
+/// place lies in.
 #[must_use]
 pub fn truth_of_shapes(
     world: &TrueWorld,
@@ -38,38 +40,61 @@ pub fn truth_of_shapes(
         }),
     };
     let mut cells = TrueCells::new(lattice, TrueCell::Outside);
-    let mut open: Vec<Cell> = places
-        .iter()
-        .filter_map(|place| lattice.cell_at(place.x, place.y))
-        .collect();
-    while let Some(cell) = open.pop() {
-        let (x, y) = lattice.centre(cell);
-        let centre = Vector::new(x, y);
-        if !extent.contains(centre) {
+    let mut most = 0;
+    for start in places.iter().filter_map(|it| lattice.cell_at(it.x, it.y)) {
+        if cells
+            .get(start)
+            .is_some_and(|held| *held != TrueCell::Outside)
+        {
             continue;
         }
-        let Some(held) = cells.reach(cell) else {
+        let mut room = TrueCells::new(lattice, TrueCell::Outside);
+        flood(&mut room, start, extent, &is_surface);
+        let inside = places_in(&room, places);
+        if inside > most {
+            (cells, most) = (room, inside);
+        }
+    }
+    Some(cells)
+}
+
+/// Number of places in free cells.
+pub(super) fn places_in(cells: &TrueCells, places: &[Vector]) -> usize {
+    let is_free = |place: &&Vector| {
+        let cell = cells.cell_at(place.x, place.y);
+        cell.and_then(|cell| cells.get(cell)) == Some(&TrueCell::Free)
+    };
+    places.iter().filter(is_free).count()
+}
+
+/// Finds the free cells that are connected with a cell, and the surfaces around them.
+fn flood(
+    cells: &mut TrueCells,
+    start: Cell,
+    extent: &Rectangle,
+    is_surface: &dyn Fn(Vector) -> bool,
+) {
+    let mut open = vec![start];
+    while let Some(cell) = open.pop() {
+        let (x, y) = cells.centre(cell);
+        let centre = Vector::new(x, y);
+        let Some(held) = extent.contains(centre).then(|| cells.reach(cell)).flatten() else {
             continue;
         };
         if *held != TrueCell::Outside {
             continue;
         }
-        let is_surface = is_surface(centre);
-        *held = if is_surface {
-            TrueCell::Occupied
-        } else {
-            TrueCell::Free
-        };
-        if !is_surface {
-            open.extend(
-                [(0, 1), (0, -1), (1, 0), (-1, 0)].map(|(row, column)| Cell {
-                    row: cell.row + row,
-                    column: cell.column + column,
-                }),
-            );
+        if is_surface(centre) {
+            *held = TrueCell::Occupied;
+            continue;
         }
+        *held = TrueCell::Free;
+        let neighbours = [(0, 1), (0, -1), (1, 0), (-1, 0)];
+        open.extend(neighbours.map(|(row, column)| Cell {
+            row: cell.row + row,
+            column: cell.column + column,
+        }));
     }
-    Some(cells)
 }
 
 #[cfg(test)]
@@ -103,5 +128,10 @@ mod tests {
         let at = |x, y| cells.get(lattice.cell_at(x, y).unwrap()).copied();
         assert_eq!(at(1.25, 1.25), Some(TrueCell::Outside));
         assert_eq!(at(1.0, 1.2), Some(TrueCell::Occupied));
+        // A place that is wrong, behind the wall, does not open the world outside.
+        let places = [corner(2.1, 1.0), corner(0.5, 0.5), corner(0.6, 0.5)];
+        let same = truth_of_shapes(&world, lattice, &places, &extent).unwrap();
+        assert_eq!(same, cells);
+        assert_eq!(places_in(&same, &places), 2);
     }
 }

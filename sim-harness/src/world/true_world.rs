@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::Scenario;
 use crate::bounded::read_at_most;
 use crate::escape::whole_escaped;
 use crate::geometry::Vector;
-use crate::world::Scenario;
 
 /// Longest file of walls, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -25,6 +25,17 @@ pub enum TrueWorld {
     Walls(Vec<[Vector; 2]>),
     /// The scenario that the drive was simulated in.
     Scenario(Box<Scenario>),
+}
+
+/// As in `truth from its scanner`.
+impl core::fmt::Display for TrueWorld {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Scanner => f.write_str("its scanner"),
+            Self::Walls(walls) => write!(f, "{} walls", walls.len()),
+            Self::Scenario(scenario) => write!(f, "its scenario {}", scenario.name),
+        }
+    }
 }
 
 /// Why a file of walls was refused.

@@ -2,10 +2,8 @@
 
 use peak_alloc::PeakAlloc;
 
-#[global_allocator]
-static ALLOCATOR: PeakAlloc = PeakAlloc;
-
-/// Counts from here on.
+/// Counts from its making on, in a program whose global allocator is [`PeakAlloc`]; in any
+/// other it counts nothing.
 #[derive(Debug)]
 pub(super) struct PeakMemory {
     before_bytes: usize,
@@ -14,14 +12,14 @@ pub(super) struct PeakMemory {
 impl PeakMemory {
     /// Forgets the peak so far.
     pub(super) fn start() -> Self {
-        ALLOCATOR.reset_peak_usage();
+        PeakAlloc.reset_peak_usage();
         Self {
-            before_bytes: ALLOCATOR.current_usage(),
+            before_bytes: PeakAlloc.current_usage(),
         }
     }
 
     /// Most bytes on the heap since the start, above those that were there then.
     pub(super) fn bytes(&self) -> u64 {
-        ALLOCATOR.peak_usage().saturating_sub(self.before_bytes) as u64
+        PeakAlloc.peak_usage().saturating_sub(self.before_bytes) as u64
     }
 }
