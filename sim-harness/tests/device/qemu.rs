@@ -12,7 +12,7 @@ use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input, SeedSource, StepRule};
 use sim_harness::device::{
-    Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
+    Board, Comparison, Interrupt, Pace, QemuOptions, drive, drive_streamed, measure_offsets, record,
 };
 use sim_harness::run;
 
@@ -126,6 +126,35 @@ fn f41_a_step_of_eight_thousand_particles_stays_below_eight_million_instructions
         assert!(instructions > 1_000_000, "{profile:?}: nothing was counted");
         assert!(instructions <= 8_000_000, "{profile:?}: {instructions}");
     }
+}
+
+#[test]
+fn with_a_status_per_step_every_step_is_measured() {
+    let Some(image) = common::image() else { return };
+    let options = QemuOptions {
+        count_instructions: true,
+        skip_idle: true,
+        ..QemuOptions::default()
+    };
+    let mut board = Board::in_qemu(image, &options).unwrap();
+    board.greet().unwrap();
+    let mut all = vec![Input::Configure(Config {
+        particles_per_sensor: 50,
+        ..Config::amiro(Profile::Plus)
+    })];
+    all.extend(inputs(150));
+    let mut done = 0;
+    let mut measured = Vec::new();
+    let on_message = |message: &Message| match message {
+        Message::Event(Event::StepDone(_)) => done += 1,
+        Message::Status(status) if status.node.steps > 0 => measured.push(status.node.steps),
+        _ => {}
+    };
+    let pace = Pace::StatusPerStep;
+    drive_streamed(&mut board, pace, all, on_message, |_, _| (), None).unwrap();
+    measured.dedup();
+    assert!(done > 5, "{done} steps");
+    assert_eq!(measured, (1..=done).collect::<Vec<u32>>());
 }
 
 #[test]
