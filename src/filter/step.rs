@@ -196,7 +196,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         };
         let kinematics = InverseKinematics::new(model, motion);
         for mut particle in self.particles.live_slots(self.active) {
-            let position = kinematics.sample(particle.position(), &mut self.rng);
+            let position = kinematics.sample_nearly(particle.position(), &mut self.rng);
             if model.is_outside(position) {
                 particle.clear();
                 tally.departed += 1;

@@ -23,11 +23,11 @@ use rand_core::Rng;
 
 use super::segments::{MAX_SEGMENTS, SeenSegment, SegmentModel};
 use super::weigh::Beam;
-use super::{Evaluation, Model, ParticleSet, Scan, WallParameters};
+use super::{Evaluation, FilterParameters, Model, ParticleSet, Scan, WallParameters};
 use crate::geometry::Point;
 use crate::math;
 use crate::model::{SENSORS, SensorMask};
-use crate::random::{uniform, uniform_below};
+use crate::random::{nearly_normal, uniform, uniform_below_and_within};
 
 /// Squared distance from a segment, in variances, beyond which a support is none.
 const FAR_SQUARED: f32 = 24.0;
@@ -68,8 +68,9 @@ pub(super) struct WallScan<'m> {
     walls: Vec<SeenWall, MAX_SEGMENTS>,
     /// Tangent of the largest bearing at which a reading refutes.
     side_tangent: f32,
-    /// By sensor, the squared range beyond which a reading refutes nothing, square metres.
-    refuted_squared: [f32; SENSORS],
+    /// By sensor, the squared range beyond which a reading refutes nothing, and the one within
+    /// which it refutes everything near its axis, square metres.
+    refuted_squared: [(f32, f32); SENSORS],
     /// The sensors that a segment explains.
     explained: SensorMask,
 }
@@ -98,16 +99,17 @@ impl<'m> WallScan<'m> {
         scan: Scan,
         walls: Vec<SeenWall, MAX_SEGMENTS>,
     ) -> Self {
-        let mut refuted_squared = [0.0; SENSORS];
+        let (sine, cosine) = math::sin_cos(parameters.side_bearing_rad);
+        let mut refuted_squared = [(0.0, 0.0); SENSORS];
         for beam in scan.usable() {
             // The lobe is at most 1, so that the arc is nowhere farther than on the axis.
-            let range_m = kappa(parameters, beam) * beam.echo.range_m;
+            let most_m = kappa(parameters, beam) * beam.echo.range_m;
+            let sure_m = surely_refuted_m(model, parameters, beam, cosine);
             if let Some(squared) = refuted_squared.get_mut(beam.sensor) {
-                *squared = range_m * range_m;
+                *squared = (most_m * most_m, sure_m * sure_m);
             }
         }
         let explained = walls.iter().flat_map(|wall| wall.sensors.iter()).collect();
-        let (sine, cosine) = math::sin_cos(parameters.side_bearing_rad);
         Self {
             model,
             parameters,
@@ -172,16 +174,27 @@ impl<'m> WallScan<'m> {
             if is_beside && supporting.is_none() {
                 break;
             }
-            let within = self.refuted_squared.get(sensor).copied().unwrap_or(0.0);
-            let refutes = !is_beside
-                && seen.y.abs() <= self.side_tangent * seen.x
-                && seen.norm_squared() < within;
+            let (most, sure) = self
+                .refuted_squared
+                .get(sensor)
+                .copied()
+                .unwrap_or_default();
+            let range_squared = seen.norm_squared();
+            let refutes =
+                !is_beside && seen.y.abs() <= self.side_tangent * seen.x && range_squared < most;
             let supporting = supporting.filter(|(wall, _)| wall.sensors.contains(sensor));
             let is_arc = is_on_arcs && beam.surface;
-            if !refutes && supporting.is_none() && !is_arc {
-                continue;
+            if supporting.is_none() && !is_arc {
+                if !refutes {
+                    continue;
+                }
+                if range_squared < sure {
+                    seen_past = true;
+                    veto *= parameters.veto;
+                    continue;
+                }
             }
-            let range = seen.norm();
+            let range = math::sqrt(range_squared);
             let lobe = model.beam_pattern.at(seen.x / range);
             if let Some((wall, support)) = supporting {
                 unsupported *= 1.0 - support * wall.quality(beam, place, range, lobe);
@@ -219,17 +232,18 @@ impl<'m> WallScan<'m> {
     pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<Point> {
         let model = self.model;
         let beams = self.scan.usable();
-        let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
+        let (index, share) = uniform_below_and_within(rng, beams.len() as u32);
+        let beam = beams.get(index as usize)?;
         let is_on_arcs = self.parameters.segments.is_none();
         if beam.surface
             && self.explained.contains(beam.sensor)
-            && let Some(place) = self.draw_on_wall(beam, rng)
+            && let Some(place) = self.draw_on_wall(beam, share, rng)
         {
             return Some(place);
         }
         let explores = !is_on_arcs || !beam.surface || uniform(rng) < self.parameters.explorers;
-        let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
-        let (sine, cosine) = math::sin_cos(bearing);
+        let bearing = model.photometry.theta_max_rad * (2.0 * share - 1.0);
+        let (sine, cosine) = math::sin_cos_within_right_angle(bearing);
         let on_axis = if explores {
             beam.echo.range_m * math::sqrt(uniform(rng))
         } else {
@@ -240,7 +254,9 @@ impl<'m> WallScan<'m> {
         Some(beam.mount.body_from_sensor(in_sensor))
     }
 
-    fn draw_on_wall(&self, beam: &Beam, rng: &mut impl Rng) -> Option<Point> {
+    /// A place on one of the segments that explain a sensor, by a uniform sample for its
+    /// bearing; `None` for an explorer.
+    fn draw_on_wall(&self, beam: &Beam, share: f32, rng: &mut impl Rng) -> Option<Point> {
         let sensor = beam.sensor;
         let claiming = || {
             self.walls
@@ -248,12 +264,13 @@ impl<'m> WallScan<'m> {
                 .filter(|wall| wall.sensors.contains(sensor))
         };
         let count = claiming().count() as u32;
-        if count == 0 || uniform(rng) < self.parameters.explorers {
+        let (index, explores) = uniform_below_and_within(rng, count);
+        if explores < self.parameters.explorers {
             return None;
         }
-        let wall = claiming().nth(uniform_below(rng, count) as usize)?;
+        let wall = claiming().nth(index as usize)?;
         let (from, to) = *wall.bearings_rad.get(sensor)?;
-        let (sine, cosine) = math::sin_cos(from + (to - from) * uniform(rng));
+        let (sine, cosine) = math::sin_cos_within_right_angle(from + (to - from) * share);
         let ray = Point::new(cosine, sine).rotated(beam.mount.direction);
         let incidence = ray.dot(wall.normal);
         if incidence < LEAST_INCIDENCE {
@@ -343,19 +360,6 @@ impl SeenWall {
     }
 }
 
-/// A sample of mean 0 and variance 1: the sum of four uniform numbers of 16 bits.
-///
-/// Close to the standard normal distribution, and within 3.5. A fifth of the instructions
-/// of a normal pair, of which a draw needs one sample.
-#[inline]
-fn nearly_normal(rng: &mut impl Rng) -> f32 {
-    /// The standard deviation of the sum: sqrt(4 / 12) of 2^16.
-    const SIGMA: f32 = 37_837.2;
-    let (a, b) = (rng.next_u32(), rng.next_u32());
-    let sum = (a >> 16) + (a & 0xffff) + (b >> 16) + (b & 0xffff);
-    (sum as f32 - 131_070.0) / SIGMA
-}
-
 /// The share of a reading's arc within which it refutes a place.
 #[inline]
 fn kappa(parameters: &WallParameters, beam: &Beam) -> f32 {
@@ -364,6 +368,28 @@ fn kappa(parameters: &WallParameters, beam: &Beam) -> f32 {
     } else {
         parameters.nothing_kappa
     }
+}
+
+/// A range within which a sensor sees past every place near its axis, metres: that at the
+/// largest bearing at which it does, given by its cosine. Arc and margin grow with the lobe,
+/// which is least there. 0 if there is none.
+fn surely_refuted_m(
+    model: &Model,
+    parameters: &WallParameters,
+    beam: &Beam,
+    side_cosine: f32,
+) -> f32 {
+    let FilterParameters {
+        side_margin,
+        model_error_m,
+        ..
+    } = model.parameters;
+    let lobe = model.beam_pattern.at(side_cosine);
+    let (arc, sigma) = (beam.echo.range_m * lobe, beam.echo.sigma_m * lobe);
+    let margin = side_margin * math::sqrt(sigma * sigma + model_error_m * model_error_m);
+    let range = (kappa(parameters, beam) * arc).min(arc - margin);
+    let grows = arc > side_margin * sigma;
+    if grows && range > 0.0 { range } else { 0.0 }
 }
 
 /// q_max: the largest cos(xi t) cos^3(t - psi) in the lobe, by bearings a sixteenth of
@@ -462,6 +488,30 @@ mod tests {
                 assert!(found.in_view, "{beyond}");
                 assert_eq!(found.weight > 0.0, is_supported, "{beyond} {side}");
                 assert_eq!(found.seen_past, is_refuted, "{beyond} {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_surely_refuted_is_what_the_arc_refutes() {
+        let model = model();
+        for sample in [TENTH, Sample::Counts(20), Sample::Counts(900), DARK] {
+            let fast = scan(&model, sample, None);
+            let mut slow = scan(&model, sample, None);
+            slow.refuted_squared.iter_mut().for_each(|it| it.1 = 0.0);
+            let (most, sure) = fast.refuted_squared[SENSOR];
+            assert!(
+                sure > 0.3 * most && sure < most,
+                "{sample:?}: {sure} {most}"
+            );
+            for step in 0..200 {
+                for degrees in -61..=61 {
+                    let (sine, cosine) = math::sin_cos((degrees as f32).to_radians());
+                    let range = 0.001 * (step + 1) as f32;
+                    let (x, y) = (range * cosine, range * sine);
+                    let found = [&fast, &slow].map(|scan| weigh(scan, x, y));
+                    assert_eq!(found[0], found[1], "{sample:?}: {x} {y}");
+                }
             }
         }
     }
