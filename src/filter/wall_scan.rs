@@ -21,7 +21,8 @@
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::segments::{MAX_SEGMENTS, SeenSegment, SegmentModel};
+use super::seen_wall::{FAR_SQUARED, SeenWall};
+use super::segments::{MAX_SEGMENTS, SegmentModel};
 use super::weigh::Beam;
 use super::{Evaluation, FilterParameters, Model, ParticleSet, Scan, WallParameters};
 use crate::geometry::Point;
@@ -29,36 +30,8 @@ use crate::math;
 use crate::model::{SENSORS, SensorMask};
 use crate::random::{nearly_normal, uniform, uniform_below_and_within};
 
-/// Squared distance from a segment, in variances, beyond which a support is none.
-const FAR_SQUARED: f32 = 24.0;
-/// The same within which nothing is refuted.
-const BESIDE_SQUARED: f32 = 9.0;
 /// Least cosine of the incidence at which a particle is drawn on a segment.
 const LEAST_INCIDENCE: f32 = 0.2;
-/// Bearings at which the strongest element is looked for, on each side of the axis.
-const QUALITY_STEPS: i8 = 8;
-
-/// A seen segment, prepared for a step.
-#[derive(Clone, Copy, Debug)]
-struct SeenWall {
-    /// Away from the robot.
-    normal: Point,
-    along: Point,
-    /// From the robot's centre, metres.
-    distance_m: f32,
-    /// The ends on the line, from the foot of the perpendicular, metres.
-    from_m: f32,
-    to_m: f32,
-    variance: f32,
-    /// The squared distances of [`FAR_SQUARED`] and [`BESIDE_SQUARED`], square metres.
-    far: f32,
-    beside: f32,
-    sensors: SensorMask,
-    /// 1 / (q_min q_max) by sensor.
-    inverse_quality: [f32; SENSORS],
-    /// The bearings of the ends by sensor, clipped to the lobe.
-    bearings_rad: [(f32, f32); SENSORS],
-}
 
 /// The readings of one step with the segments that explain them.
 pub(super) struct WallScan<'m> {
@@ -292,74 +265,6 @@ impl<'m> WallScan<'m> {
     }
 }
 
-impl SeenWall {
-    fn of(model: &Model, parameters: &WallParameters, segment: &SeenSegment) -> Option<Self> {
-        let [from, to] = segment.ends;
-        let way = to - from;
-        let length_m = way.norm();
-        if length_m <= 0.0 {
-            return None;
-        }
-        let mut along = Point::new(way.x / length_m, way.y / length_m);
-        let mut normal = Point::new(along.y, -along.x);
-        let (mut from_m, mut to_m) = (along.dot(from), along.dot(to));
-        let mut distance_m = normal.dot(from);
-        if distance_m < 0.0 {
-            distance_m = -distance_m;
-            normal = Point::new(-normal.x, -normal.y);
-            along = Point::new(-along.x, -along.y);
-            (from_m, to_m) = (-to_m, -from_m);
-        }
-        let relative_m = parameters.relative_error * distance_m;
-        let variance = parameters.error_m * parameters.error_m + relative_m * relative_m;
-        let mut wall = Self {
-            normal,
-            along,
-            distance_m,
-            from_m,
-            to_m,
-            variance,
-            far: FAR_SQUARED * variance,
-            beside: BESIDE_SQUARED * variance,
-            sensors: segment.sensors,
-            inverse_quality: [0.0; SENSORS],
-            bearings_rad: [(0.0, 0.0); SENSORS],
-        };
-        let by_sensor = wall.inverse_quality.iter_mut().zip(&mut wall.bearings_rad);
-        for (sensor, ((inverse, bearings), mount)) in by_sensor.zip(&model.mounts).enumerate() {
-            if !segment.sensors.contains(sensor) {
-                continue;
-            }
-            let seen = segment.ends.map(|end| mount.sensor_from_body(end));
-            let max = model.photometry.theta_max_rad;
-            let [a, b] = seen.map(|end| math::coarse_atan2(end.y, end.x).max(-max).min(max));
-            *bearings = (a.min(b), a.max(b));
-            let turned = normal.rotated(mount.direction.inverse());
-            *inverse = 1.0 / (parameters.least_quality * largest_quality(model, turned));
-        }
-        Some(wall)
-    }
-
-    /// min(1, q / (q_min q_max)) of a sensor that claims the wall, for a place in its view.
-    #[inline]
-    fn quality(&self, beam: &Beam, place: Point, range: f32, lobe: f32) -> f32 {
-        let inverse = self
-            .inverse_quality
-            .get(beam.sensor)
-            .copied()
-            .unwrap_or(0.0);
-        let incidence = self.normal.dot(place - beam.mount.position) / range;
-        let quality = lobe * lobe * incidence * incidence * incidence * inverse;
-        if quality > 1.0 {
-            1.0
-        } else if quality > 0.0 {
-            quality
-        } else {
-            0.0
-        }
-    }
-}
-
 /// The share of a reading's arc within which it refutes a place.
 #[inline]
 fn kappa(parameters: &WallParameters, beam: &Beam) -> f32 {
@@ -392,24 +297,11 @@ fn surely_refuted_m(
     if grows && range > 0.0 { range } else { 0.0 }
 }
 
-/// q_max: the largest cos(xi t) cos^3(t - psi) in the lobe, by bearings a sixteenth of
-/// it apart; within 3 % of it.
-fn largest_quality(model: &Model, normal: Point) -> f32 {
-    let step = model.photometry.theta_max_rad / f32::from(QUALITY_STEPS);
-    let mut largest = 1e-3_f32;
-    for index in -QUALITY_STEPS..=QUALITY_STEPS {
-        let (sine, cosine) = math::sin_cos(f32::from(index) * step);
-        let lobe = model.beam_pattern.at(cosine);
-        let incidence = (normal.x * cosine + normal.y * sine).max(0.0);
-        largest = largest.max(lobe * lobe * incidence * incidence * incidence);
-    }
-    largest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::filter::FilterParameters;
+    use crate::filter::segments::SeenSegment;
     use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
     use crate::random::Generator;
 
