@@ -102,8 +102,8 @@ pub fn nearly_normal(rng: &mut impl Rng) -> f32 {
 /// A uniform integer in [0, bound) and an independent uniform sample in [0, 1) from one
 /// random number; (0, 0) for a bound of 0.
 ///
-/// The two halves of the product of [`uniform_below`]: the sample is a multiple of 2^-24,
-/// and within a bound of 256 no multiple is preferred by more than its own spacing.
+/// The two halves of the product of [`uniform_below`]. The sample is a multiple of 2^-24; all
+/// of its bits are random for bounds of at most 256.
 #[inline]
 pub fn uniform_below_and_within(rng: &mut impl Rng, bound: u32) -> (u32, f32) {
     let product = u64::from(rng.next_u32()) * u64::from(bound);
