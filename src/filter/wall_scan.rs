@@ -420,7 +420,7 @@ mod tests {
             assert!(found.weight <= 0.0, "{share}");
         }
         // 20 mm from the sensor, and far from its axis.
-        for (bearing_deg, is_refuted) in [(39.0_f32, true), (41.0, false)] {
+        for (bearing_deg, is_refuted) in [(33.0_f32, true), (35.0, false)] {
             let (sine, cosine) = math::sin_cos(bearing_deg.to_radians());
             let found = weigh(&scan, 0.02 * cosine, 0.02 * sine);
             assert!(found.in_view);
