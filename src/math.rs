@@ -102,6 +102,16 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     in_quadrant(y, quadrant as u32)
 }
 
+/// Sine and cosine of an angle within a right angle of 0, in radians: the series alone.
+///
+/// Absolute error below 6e-7 for |x| <= 60 degrees, 3e-5 up to 90 degrees. Half of the
+/// instructions of [`sin_cos`].
+#[must_use]
+#[inline]
+pub fn sin_cos_within_right_angle(x: f32) -> (f32, f32) {
+    in_quadrant(x, 0)
+}
+
 /// Sine and cosine of a uniformly random angle, from 32 random bits.
 ///
 /// The two highest bits choose the quadrant, the others the angle in it: no reduction
@@ -268,6 +278,20 @@ mod tests {
                 let (s, c) = f64::from(x).sin_cos();
                 assert!((f64::from(sine) - s).abs() < bound, "sin {x}");
                 assert!((f64::from(cosine) - c).abs() < bound, "cos {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_series_alone_serves_a_right_angle() {
+        for (limit_deg, bound) in [(60.0_f64, 6e-7), (90.0, 3e-5)] {
+            let limit = limit_deg.to_radians();
+            for x in sweep(-limit, limit, 100_000) {
+                let (sine, cosine) = sin_cos_within_right_angle(x);
+                let error = (f64::from(sine) - f64::from(x).sin())
+                    .abs()
+                    .max((f64::from(cosine) - f64::from(x).cos()).abs());
+                assert!(error < bound, "{x}: {error:e}");
             }
         }
     }

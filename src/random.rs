@@ -78,6 +78,39 @@ pub fn standard_normal_pair(rng: &mut impl Rng) -> (f32, f32) {
     (radius * cosine, radius * sine)
 }
 
+/// Two independent samples of mean 0 and variance 1, each the sum of four uniform bytes.
+///
+/// Close to the standard normal distribution (excess kurtosis -0.3), a multiple of 0.007
+/// and within 3.46. Less than half of the instructions of [`standard_normal_pair`].
+#[inline]
+pub fn nearly_normal_pair(rng: &mut impl Rng) -> (f32, f32) {
+    (nearly_normal(rng), nearly_normal(rng))
+}
+
+/// One sample of [`nearly_normal_pair`].
+#[inline]
+pub fn nearly_normal(rng: &mut impl Rng) -> f32 {
+    /// 1 / the standard deviation of the sum: sqrt(4 (256^2 - 1) / 12) = 147.8.
+    const SCALE: f32 = 1.0 / 147.800_54;
+    let bits = rng.next_u32();
+    // Two sums of two bytes in the halves, then the sum of these.
+    let halves = (bits & 0x00ff_00ff) + (bits >> 8 & 0x00ff_00ff);
+    let sum = (halves >> 16) + (halves & 0xffff);
+    (sum as f32 - 510.0) * SCALE
+}
+
+/// A uniform integer in [0, bound) and an independent uniform sample in [0, 1) from one
+/// random number; (0, 0) for a bound of 0.
+///
+/// The two halves of the product of [`uniform_below`]. The sample is a multiple of 2^-24; all
+/// of its bits are random for bounds of at most 256.
+#[inline]
+pub fn uniform_below_and_within(rng: &mut impl Rng, bound: u32) -> (u32, f32) {
+    let product = u64::from(rng.next_u32()) * u64::from(bound);
+    let (index, rest) = ((product >> 32) as u32, product as u32);
+    (index, (rest >> 8) as f32 * UNIFORM_STEP)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,5 +202,70 @@ mod tests {
                 "seed {seed}: {beyond_three} beyond 3 sigma"
             );
         }
+    }
+
+    #[test]
+    fn nearly_normal_samples_have_the_first_four_moments_of_four_uniform_numbers() {
+        for seed in 1..=3 {
+            let mut generator = Generator::seeded(seed);
+            const PAIRS: u32 = 100_000;
+            let n = f64::from(2 * PAIRS);
+            let (mut powers, mut product, mut most) = ([0.0; 4], 0.0, 0.0_f64);
+            for _ in 0..PAIRS {
+                let (a, b) = nearly_normal_pair(&mut generator);
+                product += f64::from(a) * f64::from(b);
+                for z in [f64::from(a), f64::from(b)] {
+                    most = most.max(z.abs());
+                    for (power, sum) in (1..).zip(&mut powers) {
+                        *sum += z.powi(power);
+                    }
+                }
+            }
+            let [mean, variance, skewness, fourth] = powers.map(|sum| sum / n);
+            let moments = format!("seed {seed}: {mean} {variance} {skewness} {fourth} {product}");
+            assert!(mean.abs() < 4.0 / n.sqrt(), "{moments}");
+            // The variance of z^2 is 2.7 - 1, that of z^3 below 15, of z^4 below 96.
+            assert!((variance - 1.0).abs() < 4.0 * (1.7 / n).sqrt(), "{moments}");
+            assert!(skewness.abs() < 4.0 * (15.0 / n).sqrt(), "{moments}");
+            assert!((fourth - 2.7).abs() < 4.0 * (96.0 / n).sqrt(), "{moments}");
+            let correlation = product / f64::from(PAIRS);
+            assert!(
+                correlation.abs() < 4.0 / f64::from(PAIRS).sqrt(),
+                "{moments}"
+            );
+            assert!((3.0..=3.451).contains(&most), "{most}");
+        }
+    }
+
+    #[test]
+    fn one_random_number_gives_an_index_and_an_independent_share() {
+        for bound in [1, 3, 8] {
+            let mut generator = Generator::seeded(u64::from(bound));
+            let mut sums = vec![(0_u32, 0.0_f64); bound as usize];
+            for _ in 0..80_000 {
+                let (index, share) = uniform_below_and_within(&mut generator, bound);
+                assert!((0.0..1.0).contains(&share));
+                let sum = &mut sums[index as usize];
+                *sum = (sum.0 + 1, sum.1 + f64::from(share));
+            }
+            for (count, sum) in sums {
+                let n = f64::from(count);
+                // Four standard deviations of a count, and of a mean of uniform numbers.
+                let expected = 80_000.0 / f64::from(bound);
+                assert!(
+                    (n - expected).abs() <= 4.0 * expected.sqrt(),
+                    "{bound}: {n}"
+                );
+                let mean = sum / n;
+                assert!(
+                    (mean - 0.5).abs() < 4.0 / (12.0 * n).sqrt(),
+                    "{bound}: {mean}"
+                );
+            }
+        }
+        assert_eq!(
+            uniform_below_and_within(&mut Generator::seeded(1), 0),
+            (0, 0.0)
+        );
     }
 }

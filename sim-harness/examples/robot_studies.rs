@@ -11,7 +11,7 @@ use clap::{Args, Parser};
 use sim_harness::console;
 use sim_harness::evaluation::{MeanStd, Number, SCORES_IN_WORDS, SensorFaultTrials, StampTrials};
 use sim_harness::mapping::Method;
-use sim_harness::world::standard_scenarios;
+use sim_harness::world::{Physics, standard_scenarios};
 
 /// Studies of a simulated robot.
 #[derive(Debug, Parser)]
@@ -20,6 +20,9 @@ enum Study {
     SensorFaults {
         #[command(flatten)]
         seeds: Seeds,
+        /// Rule of the signal: matched or patch.
+        #[arg(long, value_name = "PHYSICS", default_value_t = Physics::Matched)]
+        physics: Physics,
         /// When the sensor breaks, as a share of the drive's time; the middle of the
         /// mazes' drives lies in a turn in place.
         #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
@@ -63,11 +66,13 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     match Study::parse() {
         Study::SensorFaults {
             seeds,
+            physics,
             breaks_at,
             methods,
             particles,
         } => sensor_faults(&SensorFaultTrials {
             scenarios,
+            physics,
             seeds: seeds.range(),
             breaks_at: breaks_at.clamp(0.0, 1.0),
             methods,
@@ -84,8 +89,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 fn sensor_faults(trials: &SensorFaultTrials) -> Result<ExitCode, Box<dyn Error>> {
     console::print(format_args!(
         "A robot of which one sensor breaks after {:.0} % of the drive, another one for each \
-         seed; {} drives",
+         seed; physics {}, {} drives",
         100.0 * trials.breaks_at,
+        trials.physics,
         trials.scenarios.len() as u64 * (trials.seeds.end - trials.seeds.start) * 4
     ));
     console::print_text(format_args!("\n{SCORES_IN_WORDS}\n"));

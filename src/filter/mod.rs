@@ -17,6 +17,7 @@ mod particles;
 mod propagate;
 mod redraw;
 mod resample;
+mod seen_wall;
 mod segments;
 mod step;
 mod tally;

@@ -5,7 +5,7 @@ use rand_core::Rng;
 use super::Model;
 use crate::geometry::{Motion, Point};
 use crate::model::{InverseMotion, TravelNoise, WheelTravel};
-use crate::random::standard_normal_pair;
+use crate::random::{nearly_normal_pair, standard_normal_pair};
 
 /// The motion model p(k | k', u) of one step, prepared for many particles.
 ///
@@ -37,5 +37,13 @@ impl InverseKinematics {
     pub(super) fn sample(&self, position: Point, rng: &mut impl Rng) -> Point {
         let moved = self.motion.apply(position);
         self.noise.displace(moved, standard_normal_pair(rng))
+    }
+
+    /// The same with one pair of nearly normal numbers, which saves a step of 8000 particles
+    /// half a million of its 7 million instructions.
+    #[inline]
+    pub(super) fn sample_nearly(&self, position: Point, rng: &mut impl Rng) -> Point {
+        let moved = self.motion.apply(position);
+        self.noise.displace(moved, nearly_normal_pair(rng))
     }
 }

@@ -177,7 +177,8 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
     }
 
     /// The step of the profiles `wall` and `arcs`: as [`step`](Self::step) with weights and
-    /// draws by upper bounds, against wall segments if there are any, and a gate in travel.
+    /// draws by upper bounds, against wall segments if there are any, a gate in travel, and a
+    /// nearly normal wheel noise.
     ///
     /// Nothing happens with the model of another profile. A function of its own: the
     /// other profiles keep their code and its speed.
@@ -196,7 +197,7 @@ impl<'a, const N: usize> InverseParticleFilter<'a, N> {
         };
         let kinematics = InverseKinematics::new(model, motion);
         for mut particle in self.particles.live_slots(self.active) {
-            let position = kinematics.sample(particle.position(), &mut self.rng);
+            let position = kinematics.sample_nearly(particle.position(), &mut self.rng);
             if model.is_outside(position) {
                 particle.clear();
                 tally.departed += 1;

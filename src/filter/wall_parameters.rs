@@ -42,7 +42,9 @@ pub struct WallParameters {
     pub surface_kappa: f32,
     /// The same for a sensor with nothing in range.
     pub nothing_kappa: f32,
-    /// Largest bearing at which a sensor sees past a place, radians.
+    /// Largest bearing at which a sensor sees past a place, radians. More: more free space, and
+    /// walls of weak signal are erased by readings that are too low: with 10 counts less
+    /// 6.9 % of the cells of the T maze are wrong at 40 degrees and 5.8 % at 34.
     pub side_bearing_rad: f32,
     /// Share of the particles drawn for a claimed sensor that search its whole lobe
     /// (explorers); for a sensor that no segment explains all do. Less: near space stays
@@ -67,7 +69,7 @@ impl WallParameters {
         least_quality: 0.25,
         surface_kappa: 0.7,
         nothing_kappa: 0.85,
-        side_bearing_rad: 40.0 * core::f32::consts::PI / 180.0,
+        side_bearing_rad: 34.0 * core::f32::consts::PI / 180.0,
         explorers: 0.4,
         travel_per_epoch_m: 0.010,
     };
@@ -77,6 +79,7 @@ impl WallParameters {
     pub const ARCS: Self = Self {
         segments: None,
         surface_kappa: 0.75,
+        side_bearing_rad: 40.0 * core::f32::consts::PI / 180.0,
         ..Self::WALL
     };
 }

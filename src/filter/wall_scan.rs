@@ -21,44 +21,17 @@
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::segments::{MAX_SEGMENTS, SeenSegment, SegmentModel};
+use super::seen_wall::{FAR_SQUARED, SeenWall};
+use super::segments::{MAX_SEGMENTS, SegmentModel};
 use super::weigh::Beam;
-use super::{Evaluation, Model, ParticleSet, Scan, WallParameters};
+use super::{Evaluation, FilterParameters, Model, ParticleSet, Scan, WallParameters};
 use crate::geometry::Point;
 use crate::math;
 use crate::model::{SENSORS, SensorMask};
-use crate::random::{uniform, uniform_below};
+use crate::random::{nearly_normal, uniform, uniform_below_and_within};
 
-/// Squared distance from a segment, in variances, beyond which a support is none.
-const FAR_SQUARED: f32 = 24.0;
-/// The same within which nothing is refuted.
-const BESIDE_SQUARED: f32 = 9.0;
 /// Least cosine of the incidence at which a particle is drawn on a segment.
 const LEAST_INCIDENCE: f32 = 0.2;
-/// Bearings at which the strongest element is looked for, on each side of the axis.
-const QUALITY_STEPS: i8 = 8;
-
-/// A seen segment, prepared for a step.
-#[derive(Clone, Copy, Debug)]
-struct SeenWall {
-    /// Away from the robot.
-    normal: Point,
-    along: Point,
-    /// From the robot's centre, metres.
-    distance_m: f32,
-    /// The ends on the line, from the foot of the perpendicular, metres.
-    from_m: f32,
-    to_m: f32,
-    variance: f32,
-    /// The squared distances of [`FAR_SQUARED`] and [`BESIDE_SQUARED`], square metres.
-    far: f32,
-    beside: f32,
-    sensors: SensorMask,
-    /// 1 / (q_min q_max) by sensor.
-    inverse_quality: [f32; SENSORS],
-    /// The bearings of the ends by sensor, clipped to the lobe.
-    bearings_rad: [(f32, f32); SENSORS],
-}
 
 /// The readings of one step with the segments that explain them.
 pub(super) struct WallScan<'m> {
@@ -68,8 +41,9 @@ pub(super) struct WallScan<'m> {
     walls: Vec<SeenWall, MAX_SEGMENTS>,
     /// Tangent of the largest bearing at which a reading refutes.
     side_tangent: f32,
-    /// By sensor, the squared range beyond which a reading refutes nothing, square metres.
-    refuted_squared: [f32; SENSORS],
+    /// By sensor, the squared range beyond which a reading refutes nothing, and the one within
+    /// which it refutes everything near its axis, square metres.
+    refuted_squared: [(f32, f32); SENSORS],
     /// The sensors that a segment explains.
     explained: SensorMask,
 }
@@ -98,16 +72,17 @@ impl<'m> WallScan<'m> {
         scan: Scan,
         walls: Vec<SeenWall, MAX_SEGMENTS>,
     ) -> Self {
-        let mut refuted_squared = [0.0; SENSORS];
+        let (sine, cosine) = math::sin_cos(parameters.side_bearing_rad);
+        let mut refuted_squared = [(0.0, 0.0); SENSORS];
         for beam in scan.usable() {
             // The lobe is at most 1, so that the arc is nowhere farther than on the axis.
-            let range_m = kappa(parameters, beam) * beam.echo.range_m;
+            let most_m = kappa(parameters, beam) * beam.echo.range_m;
+            let sure_m = surely_refuted_m(model, parameters, beam, cosine);
             if let Some(squared) = refuted_squared.get_mut(beam.sensor) {
-                *squared = range_m * range_m;
+                *squared = (most_m * most_m, sure_m * sure_m);
             }
         }
         let explained = walls.iter().flat_map(|wall| wall.sensors.iter()).collect();
-        let (sine, cosine) = math::sin_cos(parameters.side_bearing_rad);
         Self {
             model,
             parameters,
@@ -172,16 +147,27 @@ impl<'m> WallScan<'m> {
             if is_beside && supporting.is_none() {
                 break;
             }
-            let within = self.refuted_squared.get(sensor).copied().unwrap_or(0.0);
-            let refutes = !is_beside
-                && seen.y.abs() <= self.side_tangent * seen.x
-                && seen.norm_squared() < within;
+            let (most, sure) = self
+                .refuted_squared
+                .get(sensor)
+                .copied()
+                .unwrap_or_default();
+            let range_squared = seen.norm_squared();
+            let refutes =
+                !is_beside && seen.y.abs() <= self.side_tangent * seen.x && range_squared < most;
             let supporting = supporting.filter(|(wall, _)| wall.sensors.contains(sensor));
             let is_arc = is_on_arcs && beam.surface;
-            if !refutes && supporting.is_none() && !is_arc {
-                continue;
+            if supporting.is_none() && !is_arc {
+                if !refutes {
+                    continue;
+                }
+                if range_squared < sure {
+                    seen_past = true;
+                    veto *= parameters.veto;
+                    continue;
+                }
             }
-            let range = seen.norm();
+            let range = math::sqrt(range_squared);
             let lobe = model.beam_pattern.at(seen.x / range);
             if let Some((wall, support)) = supporting {
                 unsupported *= 1.0 - support * wall.quality(beam, place, range, lobe);
@@ -219,17 +205,18 @@ impl<'m> WallScan<'m> {
     pub(super) fn draw(&self, rng: &mut impl Rng) -> Option<Point> {
         let model = self.model;
         let beams = self.scan.usable();
-        let beam = beams.get(uniform_below(rng, beams.len() as u32) as usize)?;
+        let (index, share) = uniform_below_and_within(rng, beams.len() as u32);
+        let beam = beams.get(index as usize)?;
         let is_on_arcs = self.parameters.segments.is_none();
         if beam.surface
             && self.explained.contains(beam.sensor)
-            && let Some(place) = self.draw_on_wall(beam, rng)
+            && let Some(place) = self.draw_on_wall(beam, share, rng)
         {
             return Some(place);
         }
         let explores = !is_on_arcs || !beam.surface || uniform(rng) < self.parameters.explorers;
-        let bearing = model.photometry.theta_max_rad * (2.0 * uniform(rng) - 1.0);
-        let (sine, cosine) = math::sin_cos(bearing);
+        let bearing = model.photometry.theta_max_rad * (2.0 * share - 1.0);
+        let (sine, cosine) = math::sin_cos_within_right_angle(bearing);
         let on_axis = if explores {
             beam.echo.range_m * math::sqrt(uniform(rng))
         } else {
@@ -240,7 +227,9 @@ impl<'m> WallScan<'m> {
         Some(beam.mount.body_from_sensor(in_sensor))
     }
 
-    fn draw_on_wall(&self, beam: &Beam, rng: &mut impl Rng) -> Option<Point> {
+    /// A place on one of the segments that explain a sensor, by a uniform sample for its
+    /// bearing; `None` for an explorer.
+    fn draw_on_wall(&self, beam: &Beam, share: f32, rng: &mut impl Rng) -> Option<Point> {
         let sensor = beam.sensor;
         let claiming = || {
             self.walls
@@ -248,12 +237,13 @@ impl<'m> WallScan<'m> {
                 .filter(|wall| wall.sensors.contains(sensor))
         };
         let count = claiming().count() as u32;
-        if count == 0 || uniform(rng) < self.parameters.explorers {
+        let (index, explores) = uniform_below_and_within(rng, count);
+        if explores < self.parameters.explorers {
             return None;
         }
-        let wall = claiming().nth(uniform_below(rng, count) as usize)?;
+        let wall = claiming().nth(index as usize)?;
         let (from, to) = *wall.bearings_rad.get(sensor)?;
-        let (sine, cosine) = math::sin_cos(from + (to - from) * uniform(rng));
+        let (sine, cosine) = math::sin_cos_within_right_angle(from + (to - from) * share);
         let ray = Point::new(cosine, sine).rotated(beam.mount.direction);
         let incidence = ray.dot(wall.normal);
         if incidence < LEAST_INCIDENCE {
@@ -275,87 +265,6 @@ impl<'m> WallScan<'m> {
     }
 }
 
-impl SeenWall {
-    fn of(model: &Model, parameters: &WallParameters, segment: &SeenSegment) -> Option<Self> {
-        let [from, to] = segment.ends;
-        let way = to - from;
-        let length_m = way.norm();
-        if length_m <= 0.0 {
-            return None;
-        }
-        let mut along = Point::new(way.x / length_m, way.y / length_m);
-        let mut normal = Point::new(along.y, -along.x);
-        let (mut from_m, mut to_m) = (along.dot(from), along.dot(to));
-        let mut distance_m = normal.dot(from);
-        if distance_m < 0.0 {
-            distance_m = -distance_m;
-            normal = Point::new(-normal.x, -normal.y);
-            along = Point::new(-along.x, -along.y);
-            (from_m, to_m) = (-to_m, -from_m);
-        }
-        let relative_m = parameters.relative_error * distance_m;
-        let variance = parameters.error_m * parameters.error_m + relative_m * relative_m;
-        let mut wall = Self {
-            normal,
-            along,
-            distance_m,
-            from_m,
-            to_m,
-            variance,
-            far: FAR_SQUARED * variance,
-            beside: BESIDE_SQUARED * variance,
-            sensors: segment.sensors,
-            inverse_quality: [0.0; SENSORS],
-            bearings_rad: [(0.0, 0.0); SENSORS],
-        };
-        let by_sensor = wall.inverse_quality.iter_mut().zip(&mut wall.bearings_rad);
-        for (sensor, ((inverse, bearings), mount)) in by_sensor.zip(&model.mounts).enumerate() {
-            if !segment.sensors.contains(sensor) {
-                continue;
-            }
-            let seen = segment.ends.map(|end| mount.sensor_from_body(end));
-            let max = model.photometry.theta_max_rad;
-            let [a, b] = seen.map(|end| math::coarse_atan2(end.y, end.x).max(-max).min(max));
-            *bearings = (a.min(b), a.max(b));
-            let turned = normal.rotated(mount.direction.inverse());
-            *inverse = 1.0 / (parameters.least_quality * largest_quality(model, turned));
-        }
-        Some(wall)
-    }
-
-    /// min(1, q / (q_min q_max)) of a sensor that claims the wall, for a place in its view.
-    #[inline]
-    fn quality(&self, beam: &Beam, place: Point, range: f32, lobe: f32) -> f32 {
-        let inverse = self
-            .inverse_quality
-            .get(beam.sensor)
-            .copied()
-            .unwrap_or(0.0);
-        let incidence = self.normal.dot(place - beam.mount.position) / range;
-        let quality = lobe * lobe * incidence * incidence * incidence * inverse;
-        if quality > 1.0 {
-            1.0
-        } else if quality > 0.0 {
-            quality
-        } else {
-            0.0
-        }
-    }
-}
-
-/// A sample of mean 0 and variance 1: the sum of four uniform numbers of 16 bits.
-///
-/// Close to the standard normal distribution, and within 3.5. A fifth of the instructions
-/// of a normal pair, of which a draw needs one sample.
-#[inline]
-fn nearly_normal(rng: &mut impl Rng) -> f32 {
-    /// The standard deviation of the sum: sqrt(4 / 12) of 2^16.
-    const SIGMA: f32 = 37_837.2;
-    let (a, b) = (rng.next_u32(), rng.next_u32());
-    let sum = (a >> 16) + (a & 0xffff) + (b >> 16) + (b & 0xffff);
-    (sum as f32 - 131_070.0) / SIGMA
-}
-
 /// The share of a reading's arc within which it refutes a place.
 #[inline]
 fn kappa(parameters: &WallParameters, beam: &Beam) -> f32 {
@@ -366,24 +275,33 @@ fn kappa(parameters: &WallParameters, beam: &Beam) -> f32 {
     }
 }
 
-/// q_max: the largest cos(xi t) cos^3(t - psi) in the lobe, by bearings a sixteenth of
-/// it apart; within 3 % of it.
-fn largest_quality(model: &Model, normal: Point) -> f32 {
-    let step = model.photometry.theta_max_rad / f32::from(QUALITY_STEPS);
-    let mut largest = 1e-3_f32;
-    for index in -QUALITY_STEPS..=QUALITY_STEPS {
-        let (sine, cosine) = math::sin_cos(f32::from(index) * step);
-        let lobe = model.beam_pattern.at(cosine);
-        let incidence = (normal.x * cosine + normal.y * sine).max(0.0);
-        largest = largest.max(lobe * lobe * incidence * incidence * incidence);
-    }
-    largest
+/// A range within which a sensor sees past every place near its axis, metres: that at the
+/// largest bearing at which it does, given by its cosine. Arc and margin grow with the lobe,
+/// which is least there. 0 if there is none.
+fn surely_refuted_m(
+    model: &Model,
+    parameters: &WallParameters,
+    beam: &Beam,
+    side_cosine: f32,
+) -> f32 {
+    let FilterParameters {
+        side_margin,
+        model_error_m,
+        ..
+    } = model.parameters;
+    let lobe = model.beam_pattern.at(side_cosine);
+    let (arc, sigma) = (beam.echo.range_m * lobe, beam.echo.sigma_m * lobe);
+    let margin = side_margin * math::sqrt(sigma * sigma + model_error_m * model_error_m);
+    let range = (kappa(parameters, beam) * arc).min(arc - margin);
+    let grows = arc > side_margin * sigma;
+    if grows && range > 0.0 { range } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::filter::FilterParameters;
+    use crate::filter::segments::SeenSegment;
     use crate::model::{DifferentialDrive, Photometry, Ring, Sample};
     use crate::random::Generator;
 
@@ -467,6 +385,30 @@ mod tests {
     }
 
     #[test]
+    fn what_is_surely_refuted_is_what_the_arc_refutes() {
+        let model = model();
+        for sample in [TENTH, Sample::Counts(20), Sample::Counts(900), DARK] {
+            let fast = scan(&model, sample, None);
+            let mut slow = scan(&model, sample, None);
+            slow.refuted_squared.iter_mut().for_each(|it| it.1 = 0.0);
+            let (most, sure) = fast.refuted_squared[SENSOR];
+            assert!(
+                sure > 0.3 * most && sure < most,
+                "{sample:?}: {sure} {most}"
+            );
+            for step in 0..200 {
+                for degrees in -61..=61 {
+                    let (sine, cosine) = math::sin_cos((degrees as f32).to_radians());
+                    let range = 0.001 * (step + 1) as f32;
+                    let (x, y) = (range * cosine, range * sine);
+                    let found = [&fast, &slow].map(|scan| weigh(scan, x, y));
+                    assert_eq!(found[0], found[1], "{sample:?}: {x} {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_reading_without_a_segment_supports_nothing_and_is_an_upper_bound() {
         let model = model();
         let scan = scan(&model, TENTH, None);
@@ -478,7 +420,7 @@ mod tests {
             assert!(found.weight <= 0.0, "{share}");
         }
         // 20 mm from the sensor, and far from its axis.
-        for (bearing_deg, is_refuted) in [(39.0_f32, true), (41.0, false)] {
+        for (bearing_deg, is_refuted) in [(33.0_f32, true), (35.0, false)] {
             let (sine, cosine) = math::sin_cos(bearing_deg.to_radians());
             let found = weigh(&scan, 0.02 * cosine, 0.02 * sine);
             assert!(found.in_view);

@@ -112,6 +112,12 @@ impl TabulatedWallLaw {
         }
     }
 
+    /// Table, largest tan(t / 2) and alpha, for tests in double precision.
+    #[cfg(test)]
+    pub(crate) fn parts(&self) -> (&[[f32; 4]], f32, f32) {
+        (&self.table, self.half_tangent_max, self.alpha_counts_m2)
+    }
+
     /// Counts that remain when nothing is in range (beta).
     #[must_use]
     #[inline]

@@ -61,9 +61,10 @@ pub(super) fn steps(run: &Replayed) {
     ));
     if let Some(mean) = cycles.mean() {
         console::print(format_args!(
-            "mean step: {:.2} million instructions (emulated), over the {} steps with a status",
+            "mean step: {:.2} million instructions (emulated), over {} of {} steps",
             millions(mean),
-            cycles.counted
+            cycles.counted,
+            cycles.steps()
         ));
     }
 }

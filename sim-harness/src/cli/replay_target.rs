@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sim_harness::console;
 use sim_harness::device::{
-    QemuOptions, ReplayPass, ReplayPlan, Replayed, replay_on_board, replay_on_host,
+    Pace, QemuOptions, ReplayPass, ReplayPlan, Replayed, replay_on_board, replay_on_host,
 };
 use sim_harness::log::StoredRecording;
 
@@ -25,7 +25,8 @@ pub(super) struct ReplayTarget {
     /// With `--on qemu`: this ELF file instead of one that is built now.
     #[arg(long, value_name = "FILE")]
     pub(super) image: Option<PathBuf>,
-    /// With `--on qemu`: count instructions, one a nanosecond.
+    /// With `--on qemu`: count instructions, one per nanosecond, and print the mean and the
+    /// longest step.
     #[arg(long)]
     count_instructions: bool,
     /// With `--on qemu`: fill the RAM with this byte before the start.
@@ -76,8 +77,7 @@ impl ReplayTarget {
         }
         let options = QemuOptions {
             count_instructions: self.count_instructions,
-            // The board's time then runs on between the inputs, so that a status comes
-            // after nearly every step.
+            // The status that each step waits for comes without a wait of the host.
             skip_idle: self.count_instructions,
             ram_fill: self.ram_fill,
             ..QemuOptions::default()
@@ -86,7 +86,12 @@ impl ReplayTarget {
         let mut board = connect::reach(&self.on, self.baud, image, &options, Some(plan.config))?;
         connect::greet(&mut board)?;
         connect::check_capacity(&board, plan.config)?;
-        let run = replay_on_board(plan, &mut board, recording, &mut show)?;
+        let pace = if self.count_instructions {
+            Pace::StatusPerStep
+        } else {
+            Pace::Answers
+        };
+        let run = replay_on_board(plan, &mut board, pace, recording, &mut show)?;
         drop(progress);
         replay_report::refused_inputs(&run.outcome);
         if self.count_instructions {

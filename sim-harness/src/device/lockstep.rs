@@ -50,16 +50,36 @@ where
     M: Clone,
     for<'m> &'m M: Into<MessageRef<'m>>,
 {
-    drive_streamed(board, inputs.iter().cloned(), on_message, on_answer, None)
+    let pace = Pace::Answers;
+    drive_streamed(
+        board,
+        pace,
+        inputs.iter().cloned(),
+        on_message,
+        on_answer,
+        None,
+    )
+}
+
+/// What the next input waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// For the answers to all inputs but as many as the board accepts ahead.
+    Answers,
+    /// For the answer to the last input and, if that made a step, for a status: a status
+    /// holds the cycles of the last step, so that each step is measured. Takes an eighth of a
+    /// second of the board's time per step.
+    StatusPerStep,
 }
 
 /// As [`drive`], for inputs of any number: the board's raw bytes go to `raw`, if there is
 /// one, but for the last, which [`Board::take_raw`] gives.
 ///
 /// # Errors
-/// As [`drive`].
+/// As [`drive`]; [`LinkError::NoAnswer`], too, when a step has no status within two seconds.
 pub fn drive_streamed<M>(
     board: &mut Board,
+    pace: Pace,
     inputs: impl IntoIterator<Item = M>,
     mut on_message: impl FnMut(&Message),
     mut on_answer: impl FnMut(usize, Option<InputError>),
@@ -68,9 +88,13 @@ pub fn drive_streamed<M>(
 where
     for<'m> &'m M: Into<MessageRef<'m>>,
 {
-    let window = board
-        .boot()
-        .map_or(1, |boot| usize::from(boot.window.max(1)));
+    let window = match pace {
+        Pace::StatusPerStep => 1,
+        Pace::Answers => board
+            .boot()
+            .map_or(1, |boot| usize::from(boot.window.max(1))),
+    };
+    let mut has_stepped = false;
     let mut audit = AnswerAudit::default();
     let mut waiting: VecDeque<(usize, u16)> = VecDeque::new();
     let mut rest = inputs.into_iter().enumerate().peekable();
@@ -103,6 +127,7 @@ where
         let Message::Answer { input, refused } = message else {
             is_in_other_run &= !matches!(message, Message::Event(Event::Configured(_)));
             if !(is_in_other_run && is_of_a_run(&message)) {
+                has_stepped |= matches!(message, Message::Event(Event::StepDone(_)));
                 on_message(&message);
             }
             continue;
@@ -119,6 +144,9 @@ where
         last_deadline = Instant::now() + INPUT_DEADLINE;
         deadline = Instant::now() + ANSWER_DEADLINE;
         on_answer(index, refused);
+        if std::mem::take(&mut has_stepped) && pace == Pace::StatusPerStep {
+            wait_for_status(board, index, &mut on_message)?;
+        }
         if index % RAW_EVERY == 0
             && let Some(raw) = &mut raw
         {
@@ -137,6 +165,24 @@ fn receive(board: &mut Board, first: usize, deadline: Instant) -> Result<Frame, 
         return Err(LinkError::Restarted { input: first });
     }
     Ok(frame)
+}
+
+/// Passes on the messages up to the next status, after a step of input `index`.
+fn wait_for_status(
+    board: &mut Board,
+    index: usize,
+    on_message: &mut impl FnMut(&Message),
+) -> Result<(), LinkError> {
+    let deadline = Instant::now() + ANSWER_DEADLINE;
+    loop {
+        let message = receive(board, index, deadline)?.message;
+        if message.is_from_board() {
+            on_message(&message);
+        }
+        if matches!(message, Message::Status(_)) {
+            return Ok(());
+        }
+    }
 }
 
 /// Passes on the messages after the last answer, where no message of a run is expected: up

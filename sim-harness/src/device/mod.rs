@@ -49,7 +49,7 @@ pub use in_order::InOrder;
 pub use interrupt::Interrupt;
 pub use line_run::{HOST_NODE_BOOT_ID, LineOutcome, LineRun};
 pub use link_error::LinkError;
-pub use lockstep::{AnswerAudit, drive, drive_streamed, listen};
+pub use lockstep::{AnswerAudit, Pace, drive, drive_streamed, listen};
 pub use loopback::boot_on_host;
 pub use loss_stats::{FrameTally, Imbalance, LossStats};
 pub use offsets::{measure_offsets, offsets_in_words};

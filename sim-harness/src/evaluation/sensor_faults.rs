@@ -13,7 +13,7 @@ use crate::faults::{ActiveFaults, Component, Kind};
 use crate::mapping::{Mapper, Method, Setup};
 use crate::rig::Rig;
 use crate::robot::{Robot, RobotDrive, drive};
-use crate::world::{Drive, Options, Scenario};
+use crate::world::{Drive, Options, Physics, Scenario};
 use crate::{RunError, pipeline};
 
 /// How one sensor is broken from some time of a drive on.
@@ -68,6 +68,8 @@ impl fmt::Display for SensorBreak {
 pub struct SensorFaultTrials {
     /// The worlds and drives.
     pub scenarios: Vec<Scenario>,
+    /// Rule of the signal.
+    pub physics: Physics,
     /// Seeds of noise, clocks and filters; the end is excluded.
     pub seeds: Range<u64>,
     /// When the sensor breaks, as a share of the drive's time.
@@ -148,7 +150,11 @@ impl SensorFaultTrials {
     fn scores(&self, scenario: &Scenario, seed: u64) -> Result<Vec<BreakScores>, RunError> {
         let from_us = (self.breaks_at * Drive::of(scenario).end_us() as f64) as u64;
         let component = Component::Sensor((seed % SENSORS as u64) as usize);
-        let driven = |faults| drive(Robot::new(scenario, seed, &Options::default(), faults));
+        let options = Options {
+            physics: self.physics,
+            ..Options::default()
+        };
+        let driven = |faults| drive(Robot::new(scenario, seed, &options, faults));
         let sound = driven(ActiveFaults::none());
         let broken = SensorBreak::ALL
             .map(|broken| driven(ActiveFaults::none().from(from_us, component, broken.kind())));
@@ -272,6 +278,7 @@ mod tests {
     fn any_method_is_judged_with_each_break() {
         let trials = SensorFaultTrials {
             scenarios: vec![standard("msod").unwrap().unwrap()],
+            physics: Physics::Matched,
             seeds: 100..101,
             breaks_at: 0.5,
             methods: vec![Method::PLUS, Method::ISM_TUNED, Method::ALL_FREE],

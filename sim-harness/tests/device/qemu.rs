@@ -12,7 +12,7 @@ use amiro_ipf::link::{Message, Status};
 use amiro_ipf::model::Sample;
 use amiro_ipf::node::{Config, Event, Input, SeedSource, StepRule};
 use sim_harness::device::{
-    Board, Comparison, Interrupt, QemuOptions, drive, measure_offsets, record,
+    Board, Comparison, Interrupt, Pace, QemuOptions, drive, drive_streamed, measure_offsets, record,
 };
 use sim_harness::run;
 
@@ -113,19 +113,66 @@ fn flash_image_tracks_the_host_s_walls() {
 
 #[test]
 fn f41_a_step_of_eight_thousand_particles_stays_below_eight_million_instructions() {
-    let Some(image) = common::image() else { return };
     for profile in [Profile::Paper, Profile::Plus] {
-        let options = QemuOptions {
-            count_instructions: true,
-            ..QemuOptions::default()
+        let Some(instructions) = longest_step(profile, 150) else {
+            return;
         };
-        let mut board = Board::in_qemu(image, &options).unwrap();
-        let status = assert_equal_run(&mut board, Config::amiro(profile), &inputs(150)).unwrap();
-        // At one instruction a nanosecond, 168 cycles are 1000 instructions.
-        let instructions = u64::from(status.board.step_cycles_max) * 1000 / 168;
         assert!(instructions > 1_000_000, "{profile:?}: nothing was counted");
         assert!(instructions <= 8_000_000, "{profile:?}: {instructions}");
     }
+}
+
+#[test]
+fn a_step_with_walls_needs_at_most_two_fifths_more_instructions() {
+    // 160 mm along a wall, which is found on the way.
+    let longest = [Profile::Plus, Profile::Wall].map(|profile| longest_step(profile, 250));
+    let [Some(plus), Some(wall)] = longest else {
+        return;
+    };
+    assert!(wall <= plus * 7 / 5, "{wall} and {plus}");
+}
+
+/// Instructions of the longest step of 8000 particles, which gives the host's bytes.
+fn longest_step(profile: Profile, samples: u64) -> Option<u64> {
+    let image = common::image()?;
+    let options = QemuOptions {
+        count_instructions: true,
+        ..QemuOptions::default()
+    };
+    let mut board = Board::in_qemu(image, &options).unwrap();
+    let inputs = inputs(samples);
+    let status = assert_equal_run(&mut board, Config::amiro(profile), &inputs).unwrap();
+    // At one instruction a nanosecond, 168 cycles are 1000 instructions.
+    Some(u64::from(status.board.step_cycles_max) * 1000 / 168)
+}
+
+#[test]
+fn with_a_status_per_step_every_step_is_measured() {
+    let Some(image) = common::image() else { return };
+    let options = QemuOptions {
+        count_instructions: true,
+        skip_idle: true,
+        ..QemuOptions::default()
+    };
+    let mut board = Board::in_qemu(image, &options).unwrap();
+    board.greet().unwrap();
+    let mut all = vec![Input::Configure(Config {
+        particles_per_sensor: 50,
+        ..Config::amiro(Profile::Plus)
+    })];
+    all.extend(inputs(150));
+    let mut done = 0;
+    let mut measured = Vec::new();
+    let on_message = |message: &Message| match message {
+        Message::Event(Event::StepDone(_)) => done += 1,
+        Message::Status(status) if status.node.steps > 0 => measured.push(status.node.steps),
+        _ => {}
+    };
+    let pace = Pace::StatusPerStep;
+    drive_streamed(&mut board, pace, all, on_message, |_, _| (), None).unwrap();
+    measured.dedup();
+    assert!(done > 5, "{done} steps");
+    assert_eq!(measured, (1..=done).collect::<Vec<u32>>());
 }
 
 #[test]

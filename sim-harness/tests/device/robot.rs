@@ -18,7 +18,7 @@ use sim_harness::robot::{
     AcquisitionReport, OFFSETS, PartClocks, ReportContent, Robot, STARTS_DRIVING_US, SensedWorld,
     SensorClocks, drive,
 };
-use sim_harness::world::{Drive, Options, Scenario, standard};
+use sim_harness::world::{Drive, Options, Physics, Scenario, standard};
 use sim_harness::{log, run};
 
 const CAPACITY: usize = 8_000;
@@ -252,6 +252,7 @@ fn f01_f09_f10_one_broken_sensor_costs_no_more_than_it_may() {
     // with 1000 particles a sensor.
     let trials = SensorFaultTrials {
         scenarios: vec![scenario("msm_t")],
+        physics: Physics::Matched,
         seeds: 100..102,
         breaks_at: 0.35,
         methods: vec![Method::PAPER, Method::PLUS],

@@ -63,6 +63,10 @@ mod upkeep;
 mod window;
 
 #[cfg(test)]
+mod precision {
+    mod tests;
+}
+#[cfg(test)]
 mod tests;
 
 pub(crate) use claims::SeenSegment;

@@ -6,7 +6,7 @@ use crate::model::{Photometry, Ring, SENSORS, Sample, TabulatedWallLaw, Wall, ev
 
 const SENSOR: Photometry = Photometry::VCNL4020;
 
-fn samples(law: &TabulatedWallLaw, walls: &[Wall], pose: &Pose) -> [Sample; SENSORS] {
+pub(super) fn samples(law: &TabulatedWallLaw, walls: &[Wall], pose: &Pose) -> [Sample; SENSORS] {
     let body = Rotation::by(pose.heading.radians()).inverse();
     core::array::from_fn(|sensor| {
         let mount = Ring::AMIRO.mount(sensor);

@@ -6,13 +6,15 @@ use amiro_ipf::link::Message;
 use amiro_ipf::node::Input;
 
 use super::{KeptEvents, ReplayError, ReplayPass, ReplayPlan, Replayed, StepCycles};
-use crate::device::{Board, Comparison, drive_streamed, listen};
+use crate::device::{Board, Comparison, Pace, drive_streamed, listen};
 use crate::drive::InputCheck;
 use crate::log::StoredRecording;
 use crate::spool::Spool;
 use crate::{RunOutcome, run_streamed};
 
 /// Replays a recording on a greeted board, compared with the host's own run.
+///
+/// With [`Pace::StatusPerStep`] each step is measured.
 ///
 /// `on_bytes` gets the bytes of the recording that a pass has read so far.
 ///
@@ -21,6 +23,7 @@ use crate::{RunOutcome, run_streamed};
 pub fn replay_on_board(
     plan: &ReplayPlan<'_>,
     board: &mut Board,
+    pace: Pace,
     recording: &mut StoredRecording,
     on_bytes: &mut dyn FnMut(ReplayPass, u64),
 ) -> Result<Replayed, ReplayError> {
@@ -35,6 +38,7 @@ pub fn replay_on_board(
     let configured = std::iter::once(Input::Configure(*plan.config));
     let driven = drive_streamed(
         board,
+        pace,
         configured.chain(plan.inputs(&mut inputs)?),
         |message| {
             comparison.borrow_mut().meet(message);

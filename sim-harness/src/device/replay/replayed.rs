@@ -33,7 +33,8 @@ pub struct Replayed {
 /// Core clock cycles of a board's steps, as its statuses report them.
 ///
 /// The longest is over all steps. The mean is over the steps that were the last one before
-/// a status, since a status holds the cycles of the last step.
+/// a status, since a status holds the cycles of the last step: with
+/// [`Pace::StatusPerStep`](crate::device::Pace) over all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepCycles {
     /// The longest step.
@@ -53,6 +54,12 @@ impl StepCycles {
             self.counted += 1;
             self.sum += u64::from(status.board.step_cycles);
         }
+    }
+
+    /// Steps that the board has made, as its last status reports them.
+    #[must_use]
+    pub fn steps(&self) -> u32 {
+        self.last_step
     }
 
     /// The mean step; `None` without one.
@@ -112,6 +119,7 @@ mod tests {
             cycles.take(&status);
         }
         assert_eq!((cycles.longest, cycles.counted), (50, 2));
+        assert_eq!(cycles.steps(), 3);
         assert_eq!(cycles.mean(), Some(20.0));
     }
 }
