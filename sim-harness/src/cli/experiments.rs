@@ -4,13 +4,14 @@ mod servo_scan;
 mod sharing;
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use sim_harness::console;
 use sim_harness::experiments::{
     ExperimentCheck, ExperimentError, ExperimentReport, corridor, odometry_lap, specular_room,
     two_sensors,
 };
+use sim_harness::{console, output};
 
 use super::{CommandResult, ExitStatus, arguments};
 use servo_scan::ServoScanCommand;
@@ -50,10 +51,21 @@ struct Seeds {
     /// Seeds from A up to B, without B; figures are means over them.
     #[arg(long, default_value = "100..105", value_name = "A..B", value_parser = arguments::seeds, allow_hyphen_values = true)]
     seeds: Range<u64>,
+    /// Where a sheet of the first seed's maps goes, `001.png` and so on; none if not given.
+    #[arg(long, value_name = "DIR", value_parser = arguments::path())]
+    out: Option<PathBuf>,
 }
 
 /// A simulated experiment.
-type Simulated = fn(&Range<u64>) -> Result<ExperimentReport, ExperimentError>;
+type Simulated = (
+    &'static str,
+    fn(&Range<u64>) -> Result<ExperimentReport, ExperimentError>,
+);
+
+const SPECULAR_ROOM: Simulated = ("001.png", specular_room);
+const CORRIDOR: Simulated = ("002.png", corridor);
+const TWO_SENSORS: Simulated = ("004.png", two_sensors);
+const ODOMETRY_LAP: Simulated = ("odometry.png", odometry_lap);
 
 impl ExperimentsCommand {
     /// Runs the command.
@@ -61,17 +73,25 @@ impl ExperimentsCommand {
         let (seeds, simulated): (_, &[Simulated]) = match self.experiment {
             Experiment::ServoScan(command) => return command.run(),
             Experiment::Sharing(command) => return command.run(),
-            Experiment::SpecularRoom(seeds) => (seeds, &[specular_room]),
-            Experiment::Corridor(seeds) => (seeds, &[corridor]),
-            Experiment::TwoSensors(seeds) => (seeds, &[two_sensors]),
-            Experiment::Odometry(seeds) => (seeds, &[odometry_lap]),
+            Experiment::SpecularRoom(seeds) => (seeds, &[SPECULAR_ROOM]),
+            Experiment::Corridor(seeds) => (seeds, &[CORRIDOR]),
+            Experiment::TwoSensors(seeds) => (seeds, &[TWO_SENSORS]),
+            Experiment::Odometry(seeds) => (seeds, &[ODOMETRY_LAP]),
             Experiment::All(seeds) => {
-                (seeds, &[specular_room, corridor, two_sensors, odometry_lap])
+                (seeds, &[SPECULAR_ROOM, CORRIDOR, TWO_SENSORS, ODOMETRY_LAP])
             }
         };
+        if let Some(out) = &seeds.out {
+            arguments::check_folder("--out", out)?;
+        }
         let mut holds = true;
-        for experiment in simulated {
-            let status = print_report(&experiment(&seeds.seeds)?);
+        for (name, experiment) in simulated {
+            let report = experiment(&seeds.seeds)?;
+            if let (Some(out), Some(sheet)) = (&seeds.out, report.sheet()) {
+                output::create_folder(out)?;
+                sheet.save_png(&out.join(name))?;
+            }
+            let status = print_report(&report);
             holds &= matches!(status, ExitStatus::Good);
             console::print("");
         }

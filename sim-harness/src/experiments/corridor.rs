@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
 use super::report::{
-    ExperimentReport, MethodScores, map_of, part_of, rig, room, scored_cells, truth_of,
+    ExperimentReport, MethodScores, label, map_of, part_of, rig, room, scored_cells, truth_of,
 };
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, TrueCell, TrueCells};
@@ -48,20 +48,28 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
     let (mut whole, mut corners) = (MethodScores::new(&METHODS), MethodScores::new(&METHODS));
     let mut local = MethodScores::new(&METHODS);
     let mut openings = METHODS.map(|_| 0.0);
+    let mut maps = Vec::new();
     let count = (seeds.end - seeds.start) as f64;
     for seed in seeds.clone() {
         let exact = DriftingOdometry::EXACT;
         let records = simulated_records(&world, &rig, &poses, &exact, seed);
         let (truth, scored) = (truth_of(&world, &records), scored_cells(&rig, &records));
         let ends = part_of(&truth, is_at_end);
+        if seed == seeds.start {
+            maps.push(("truth".to_owned(), truth.as_map()));
+        }
         let at_start = simulated_records(&world, &rig, &standing, &exact, seed);
         let start_scored = scored_cells(&rig, &at_start);
         for (name, opening) in METHODS.into_iter().zip(&mut openings) {
             let method: Method = name.parse()?;
             let map = map_of(&method, &rig, &records);
-            whole.add(name, CellScores::of(&map, &truth, &scored));
+            let of_whole = CellScores::of(&map, &truth, &scored);
+            whole.add(name, of_whole);
             corners.add(name, CellScores::of(&map, &ends, &scored));
             *opening += closed_cells(&truth, &map) as f64 / count;
+            if seed == seeds.start {
+                maps.push((label(name, &of_whole), map));
+            }
             let map = map_of(&method, &rig, &at_start);
             local.add(name, CellScores::of(&map, &truth, &start_scored));
         }
@@ -80,6 +88,7 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
     Ok(ExperimentReport {
         lines,
         checks: checks(&whole, &corners, &local, &openings),
+        maps,
     })
 }
 

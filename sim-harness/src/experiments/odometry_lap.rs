@@ -97,7 +97,11 @@ pub fn odometry_lap(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentEr
         ExperimentCheck::at_most("compass with calibration, m", both_m, 0.15),
         ExperimentCheck::at_most("its heading, degrees", both_deg, 1.5),
     ];
-    Ok(ExperimentReport { lines, checks })
+    Ok(ExperimentReport {
+        lines,
+        checks,
+        maps: Vec::new(),
+    })
 }
 
 fn lap(seed: u64) -> Result<[EndError; 4], ExperimentError> {

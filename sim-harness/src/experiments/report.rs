@@ -10,6 +10,7 @@ use crate::evaluation::cell_truth::{
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Map, Mapper, Method, Setup};
+use crate::report::{CellWindow, ContactSheet, Picture};
 use crate::rig::{Rig, RigError};
 use crate::world::TrueWorld;
 
@@ -48,6 +49,38 @@ pub struct ExperimentReport {
     pub lines: Vec<String>,
     /// What was to be shown.
     pub checks: Vec<ExperimentCheck>,
+    /// Labels and maps of the first seed, the truth first; none for an experiment without
+    /// maps.
+    pub maps: Vec<(String, Map)>,
+}
+
+impl ExperimentReport {
+    /// All maps on one sheet; `None` without a map.
+    #[must_use]
+    pub fn sheet(&self) -> Option<Picture> {
+        let known = self
+            .maps
+            .iter()
+            .filter_map(|(_, map)| CellWindow::known(map));
+        let window = known.reduce(CellWindow::joined)?;
+        let mut sheet = ContactSheet::new(window, &[], &[]);
+        for (label, map) in &self.maps {
+            sheet.add(label.clone(), map);
+        }
+        Some(sheet.render())
+    }
+}
+
+/// The label of a map with its scores.
+pub(super) fn label(name: &str, scores: &CellScores) -> String {
+    let share = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |it| format!("{it:.3}"));
+    format!(
+        "{name}\nOE {} AUC {}\nTPR {} FPR {}",
+        share(scores.oe),
+        share(scores.auc),
+        share(scores.tpr),
+        share(scores.fpr)
+    )
 }
 
 /// The map of a method over all poses of a drive.

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
-use super::report::{ExperimentReport, MethodScores, map_of, rig, room, scored_cells, truth_of};
+use super::report::{
+    ExperimentReport, MethodScores, label, map_of, rig, room, scored_cells, truth_of,
+};
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::CellScores;
 use crate::geometry::Vector;
@@ -61,23 +63,32 @@ pub fn specular_room(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentE
     let lap = LAP.map(|[x, y]| Vector::new(x, y));
     let poses = poses_along(&lap, STEP_M, None);
     let mut scores = MethodScores::new(&METHODS);
+    let mut maps = Vec::new();
     for seed in seeds.clone() {
         let records = simulated_records(&world, &rig, &poses, &DriftingOdometry::EXACT, seed);
         let (truth, scored) = (truth_of(&world, &records), scored_cells(&rig, &records));
+        if seed == seeds.start {
+            maps.push(("truth".to_owned(), truth.as_map()));
+        }
         for name in METHODS {
             let method: Method = name.parse()?;
-            let of_method = if method == Method::ALL_FREE {
-                CellScores::of_all_free(&truth, &scored)
-            } else {
-                CellScores::of(&map_of(&method, &rig, &records), &truth, &scored)
-            };
+            if method == Method::ALL_FREE {
+                scores.add(name, CellScores::of_all_free(&truth, &scored));
+                continue;
+            }
+            let map = map_of(&method, &rig, &records);
+            let of_method = CellScores::of(&map, &truth, &scored);
             scores.add(name, of_method);
+            if seed == seeds.start {
+                maps.push((label(name, &of_method), map));
+            }
         }
     }
     let title = "Room with specular walls, eight sonars, 1400 readings (001)";
     Ok(ExperimentReport {
         lines: scores.lines(title, seeds),
         checks: checks(&scores),
+        maps,
     })
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
-use super::report::{ExperimentReport, MethodScores, map_of, rig, room, truth_of};
+use super::report::{ExperimentReport, MethodScores, label, map_of, rig, room, truth_of};
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, ScoredCells, TrueCell, TrueCells};
 use crate::geometry::Vector;
@@ -74,16 +74,24 @@ pub fn two_sensors(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentErr
     let methods = [laser?, sonar?, pessimistic?, minmax?];
     let mut scores = MethodScores::new(&[LASER, SONAR, PESSIMISTIC, MINMAX, DRIFTED]);
     let mut sums = LayerFigures::default();
+    let mut shown = Vec::new();
     let count = (seeds.end - seeds.start) as f64;
     for seed in seeds.clone() {
         let exact = DriftingOdometry::EXACT;
         let records = simulated_records(&world, &rig, &poses, &exact, seed);
         let truth = truth_of(&world, &records);
+        if seed == seeds.start {
+            shown.push(("truth".to_owned(), truth.as_map()));
+        }
         let maps = methods.map(|method| map_of(&method, &rig, &records));
         let [laser, sonar, pessimistic, minmax] = &maps;
         let scored = ScoredCells::known_in(&[laser, sonar], laser.lattice(), &rig);
         for (name, map) in METHODS.into_iter().zip(&maps) {
-            scores.add(name, CellScores::of(map, &truth, &scored));
+            let of_map = CellScores::of(map, &truth, &scored);
+            scores.add(name, of_map);
+            if seed == seeds.start {
+                shown.push((label(name, &of_map), map.clone()));
+            }
         }
         for (sum, map) in sums.tnr.iter_mut().zip(&maps) {
             *sum += true_negatives(&truth, map, [laser, sonar]) / count;
@@ -116,6 +124,7 @@ pub fn two_sensors(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentErr
     Ok(ExperimentReport {
         lines,
         checks: checks(&scores, &sums),
+        maps: shown,
     })
 }
 

@@ -92,7 +92,7 @@ fn save_sheet(out: &Path, maps: &DriveMaps, rows: &[MapRow]) -> Result<(), Write
     let (path, jumps) = (&maps.survey.path, &maps.survey.jumps);
     let mut sheet = ContactSheet::new(window, path, jumps);
     if let Some(truth) = &maps.truth {
-        let map = truth.map();
+        let map = truth.cells.as_map();
         sheet.add("truth".to_owned(), &map);
         let picture = MapPicture {
             title: Some("truth"),

@@ -1,11 +1,11 @@
 //! What the maps of a recorded drive are scored with.
 
 use super::from_shapes::places_in;
-use super::{CellScores, ScannerTruth, ScoredCells, TrueCell, TrueCells, truth_of_shapes};
+use super::{CellScores, ScannerTruth, ScoredCells, TrueCells, truth_of_shapes};
 use crate::drive::Record;
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
-use crate::mapping::{Belief, Map};
+use crate::mapping::Map;
 use crate::rig::{Rig, SensorMount};
 use crate::sensors::SensorKind;
 use crate::world::TrueWorld;
@@ -122,16 +122,5 @@ impl DriveTruth {
     #[must_use]
     pub fn all_free(&self) -> CellScores {
         CellScores::of_all_free(&self.cells, &self.scored)
-    }
-
-    /// The truth as a map.
-    #[must_use]
-    pub fn map(&self) -> Map {
-        let class = |cell: &TrueCell| match cell {
-            TrueCell::Occupied => Belief::of_probability(1.0),
-            TrueCell::Free => Belief::of_probability(0.0),
-            TrueCell::Outside => Belief::UNKNOWN,
-        };
-        self.cells.map(Belief::UNKNOWN, class)
     }
 }

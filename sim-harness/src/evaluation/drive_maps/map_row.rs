@@ -19,6 +19,8 @@ pub struct MapRow {
     /// `None` without a truth, or without a map.
     #[serde(flatten, serialize_with = "scores_or_nulls")]
     pub scores: Option<CellScores>,
+    /// Occupied and free cells of the map.
+    pub map_cells: Option<[usize; 2]>,
     /// Time of the pass over the recording and of the method, seconds.
     pub seconds: Option<f64>,
     /// Most memory on the heap, bytes; 0 in a program that does not count it.
@@ -48,6 +50,7 @@ impl MapRow {
             poses: "",
             cell_m: None,
             scores: None,
+            map_cells: None,
             seconds: None,
             peak_bytes: None,
             splits_keyframes: false,

@@ -55,8 +55,8 @@ impl fmt::Display for MapTable<'_> {
                 f,
                 "There is no truth to score the maps with: --walls gives it."
             )?;
-            writeln!(f, "{HEAD}")?;
-            self.made(false).try_for_each(|row| write_row(f, row))?;
+            writeln!(f, "method         occupied    free       s     MB")?;
+            self.made(false).try_for_each(|row| write_cells(f, row))?;
         }
         for row in self.rows {
             if let Some(reason) = &row.not_applicable {
@@ -65,6 +65,17 @@ impl fmt::Display for MapTable<'_> {
         }
         Ok(())
     }
+}
+
+/// A map without a truth: its cells.
+fn write_cells(f: &mut fmt::Formatter<'_>, row: &MapRow) -> fmt::Result {
+    let [occupied, free] = row.map_cells.unwrap_or_default();
+    let (seconds, bytes) = row.seconds.zip(row.peak_bytes).unwrap_or_default();
+    let (name, megabytes) = (row.method, 1e-6 * bytes as f64);
+    writeln!(
+        f,
+        "{name:14} {occupied:>8} {free:>7} {seconds:>7.2} {megabytes:>6.1}"
+    )
 }
 
 fn write_row(f: &mut fmt::Formatter<'_>, row: &MapRow) -> fmt::Result {

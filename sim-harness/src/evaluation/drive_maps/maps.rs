@@ -9,7 +9,7 @@ use crate::datasets::{DatasetError, PoseSource};
 use crate::drive::{Keyframes, RingCalibration};
 use crate::evaluation::cell_truth::{CellScores, DriveSurvey, DriveTruth, ScoredCells};
 use crate::lattice::Lattice;
-use crate::mapping::{FinishProgress, Map, Mapper, Method, NoEcho, Setup};
+use crate::mapping::{FinishProgress, Map, Mapper, Method, NoEcho, Occupancy, Setup};
 use crate::pipeline::{self, DriveOptions, DriveSummary, KeyframeShare};
 use crate::world::TrueWorld;
 
@@ -155,6 +155,9 @@ impl DriveMaps {
         let row = |(method, outcome): &(Method, Result<MethodMap, String>)| match outcome {
             Ok(made) => MapRow {
                 scores: self.scores(method, made),
+                map_cells: Some(
+                    [Occupancy::Occupied, Occupancy::Free].map(|class| made.map.count(class)),
+                ),
                 seconds: Some(made.seconds),
                 peak_bytes: Some(made.peak_bytes),
                 splits_keyframes: made.splits,
