@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod beam_filter_cost;
 mod budget;
 mod build_id;
 mod hardware;

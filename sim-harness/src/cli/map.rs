@@ -8,13 +8,13 @@ use sim_harness::evaluation::drive_maps::{
     DriveMaps, MapProgress, MapRow, MapSettings, RecordedDrive,
 };
 use sim_harness::evaluation::json_lines;
-use sim_harness::mapping::FinishProgress;
+use sim_harness::mapping::{FinishProgress, Method};
 use sim_harness::output;
 use sim_harness::report::summary_of;
 
 use super::map_arguments::MapCommand;
 use super::progress::PassProgress;
-use super::{CommandResult, ExitStatus, arguments, map_report};
+use super::{CommandResult, ExitStatus, arguments, cell_limit, map_report};
 
 impl MapCommand {
     /// Runs the command.
@@ -60,6 +60,8 @@ impl MapCommand {
 }
 
 fn make(drive: &RecordedDrive, settings: &MapSettings) -> Result<DriveMaps, Box<dyn Error>> {
+    let cell_mm = settings.cell_mm.unwrap_or(drive.dataset.usual().cell_mm);
+    cell_limit::check(&drive.rig, cell_mm)?;
     let progress = RefCell::new(PassProgress::default());
     let maps = DriveMaps::make(drive, settings, &mut |step| {
         let mut progress = progress.borrow_mut();
@@ -90,8 +92,12 @@ fn show(drive: &RecordedDrive, settings: &MapSettings, maps: &DriveMaps, rows: &
     if let [(method, Ok(made))] = &maps.tried[..] {
         map_report::figures(&summary_of(drive, settings, method, made));
     }
+    for (method, made) in maps.made().filter(|it| *it.0 != Method::ALL_FREE) {
+        map_report::cut(&summary_of(drive, settings, method, made));
+    }
     if let Some(truth) = &maps.truth {
         map_report::truth(drive, truth);
+        map_report::cut_truth(&truth.cells);
     }
     console::print_text(maps.table(rows));
 }

@@ -1,7 +1,7 @@
 //! What `map` prints.
 
 use sim_harness::console;
-use sim_harness::evaluation::cell_truth::{DriveTruth, TrueCell};
+use sim_harness::evaluation::cell_truth::{DriveTruth, TrueCell, TrueCells};
 use sim_harness::evaluation::drive_maps::RecordedDrive;
 use sim_harness::mapping::MAX_CELLS;
 use sim_harness::pipeline::DriveSummary;
@@ -69,10 +69,24 @@ pub(super) fn figures(summary: &DriveMapSummary<'_>) {
         summary.cells_free,
         1e3 * summary.cell_m
     ));
+}
+
+/// Warns of a map that is cut.
+pub(super) fn cut(summary: &DriveMapSummary<'_>) {
     if summary.cells_refused > 0 {
         console::print(format_args!(
-            "THE MAP IS CUT: it holds at most {MAX_CELLS} cells, {} updates of cells were refused",
-            summary.cells_refused
+            "{}: THE MAP IS CUT: it holds at most {MAX_CELLS} cells, {} updates of cells were \
+             refused",
+            summary.method, summary.cells_refused
+        ));
+    }
+}
+
+/// Warns of a truth that is cut.
+pub(super) fn cut_truth(truth: &TrueCells) {
+    if truth.refused() > 0 {
+        console::print(format_args!(
+            "THE TRUTH IS CUT: it holds at most {MAX_CELLS} cells; cells beyond are not scored"
         ));
     }
 }

@@ -3,6 +3,7 @@
 mod arguments;
 mod calibrate;
 mod calibrate_drives;
+mod cell_limit;
 mod comparison_arguments;
 mod connect;
 mod demo;

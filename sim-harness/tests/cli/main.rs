@@ -8,6 +8,7 @@ mod console;
 mod experiments;
 mod literature;
 mod map;
+mod map_hostile;
 mod no_steps;
 mod options;
 mod recorded_series;

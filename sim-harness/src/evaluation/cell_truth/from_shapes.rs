@@ -1,5 +1,8 @@
 //! The truth about cells from walls that are known exactly.
 
+use std::collections::VecDeque;
+
+use super::wall_cells::WallCells;
 use super::{TrueCell, TrueCells};
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::{Cell, Lattice};
@@ -13,11 +16,15 @@ const ROUNDING_M: f64 = 1e-9;
 /// A cell is occupied if a surface passes within half a cell of its centre. The cells that
 /// are connected with the robot's places over cells without a surface, side by side, are
 /// free. Of places on several sides of a wall the room with most of them counts: the others
-/// are errors of the poses. The rest is outside: what lies behind the walls, and the inside of closed blocks.
-/// Cells beyond `extent` are outside. `None` for a world that a scanner has to measure.
+/// are errors of the poses. The rest is outside: what lies behind the walls, and the inside
+/// of closed blocks. Cells beyond `extent` are outside. `None` for a world that a scanner
+/// has to measure.
 ///
-/// Cost: the cells within the walls, times the number of surfaces, for each room that a
-/// place lies in.
+/// Where the room is larger than a grid, the truth is cut, and its
+/// [`Grid::refused`](crate::mapping::Grid::refused) is not 0.
+///
+/// Cost: the cells of each room that may have most of the places, and per tile of them the
+/// number of walls; in a scenario, the cells times the number of shapes. Memory: two rooms.
 #[must_use]
 pub fn truth_of_shapes(
     world: &TrueWorld,
@@ -26,32 +33,31 @@ pub fn truth_of_shapes(
     extent: &Rectangle,
 ) -> Option<TrueCells> {
     let half_m = 0.5 * lattice.cell_m() + ROUNDING_M;
-    let is_surface: Box<dyn Fn(Vector) -> bool> = match world {
+    let mut is_surface: Box<dyn FnMut(Cell) -> bool> = match world {
         TrueWorld::Scanner => return None,
-        TrueWorld::Walls(walls) => Box::new(move |place: Vector| {
-            let distances = walls.iter();
-            distances
-                .map(|[from, to]| place.distance_from_segment(*from, *to))
-                .any(|distance_m| distance_m <= half_m)
-        }),
-        TrueWorld::Scenario(scenario) => Box::new(move |place: Vector| {
+        TrueWorld::Walls(walls) => {
+            let mut cells = WallCells::new(walls, lattice, half_m);
+            Box::new(move |cell| cells.is_wall(cell))
+        }
+        TrueWorld::Scenario(scenario) => Box::new(move |cell| {
+            let (x, y) = lattice.centre(cell);
             let mut shapes = scenario.shapes.iter();
-            shapes.any(|shape| shape.distance_m(place) <= half_m)
+            shapes.any(|shape| shape.distance_m(Vector::new(x, y)) <= half_m)
         }),
     };
+    let starts = places.iter().filter_map(|it| lattice.cell_at(it.x, it.y));
+    let mut starts: Vec<Cell> = starts.filter(|start| !is_surface(*start)).collect();
     let mut cells = TrueCells::new(lattice, TrueCell::Outside);
     let mut most = 0;
-    for start in places.iter().filter_map(|it| lattice.cell_at(it.x, it.y)) {
-        if cells
-            .get(start)
-            .is_some_and(|held| *held != TrueCell::Outside)
-        {
-            continue;
-        }
+    while let Some(start) = starts.first().filter(|_| starts.len() > most) {
         let mut room = TrueCells::new(lattice, TrueCell::Outside);
-        flood(&mut room, start, extent, &is_surface);
-        let inside = places_in(&room, places);
-        if inside > most {
+        flood(&mut room, *start, extent, &mut *is_surface);
+        let before = starts.len();
+        // The first one too, which may lie beyond the extent.
+        let first = *start;
+        starts.retain(|start| *start != first && room.get(*start) != Some(&TrueCell::Free));
+        let inside = before - starts.len();
+        if inside > most && room.get(first) == Some(&TrueCell::Free) {
             (cells, most) = (room, inside);
         }
     }
@@ -72,28 +78,34 @@ fn flood(
     cells: &mut TrueCells,
     start: Cell,
     extent: &Rectangle,
-    is_surface: &dyn Fn(Vector) -> bool,
+    is_surface: &mut dyn FnMut(Cell) -> bool,
 ) {
-    let mut open = vec![start];
-    while let Some(cell) = open.pop() {
+    // First in, first out: it holds the edge of the room, where a stack holds all of it.
+    let mut open = VecDeque::from([start]);
+    let mut enter = |cell: Cell| {
         let (x, y) = cells.centre(cell);
-        let centre = Vector::new(x, y);
-        let Some(held) = extent.contains(centre).then(|| cells.reach(cell)).flatten() else {
-            continue;
+        let is_near = extent.contains(Vector::new(x, y));
+        let held = is_near.then(|| cells.reach(cell)).flatten();
+        let Some(held) = held.filter(|held| **held == TrueCell::Outside) else {
+            return false;
         };
-        if *held != TrueCell::Outside {
-            continue;
-        }
-        if is_surface(centre) {
-            *held = TrueCell::Occupied;
-            continue;
-        }
-        *held = TrueCell::Free;
-        let neighbours = [(0, 1), (0, -1), (1, 0), (-1, 0)];
-        open.extend(neighbours.map(|(row, column)| Cell {
+        let is_free = !is_surface(cell);
+        *held = if is_free {
+            TrueCell::Free
+        } else {
+            TrueCell::Occupied
+        };
+        is_free
+    };
+    if !enter(start) {
+        return;
+    }
+    while let Some(cell) = open.pop_front() {
+        let neighbours = [(0, 1), (0, -1), (1, 0), (-1, 0)].map(|(row, column)| Cell {
             row: cell.row + row,
             column: cell.column + column,
-        }));
+        });
+        open.extend(neighbours.into_iter().filter(|cell| enter(*cell)));
     }
 }
 

@@ -6,6 +6,7 @@ mod from_scanner;
 mod from_shapes;
 mod scored_cells;
 mod true_cells;
+mod wall_cells;
 
 pub use cell_scores::{CELL_SCORES_IN_WORDS, CellScores};
 pub use drive_survey::{DriveSurvey, DriveTruth};
