@@ -7,7 +7,7 @@ use sim_harness::drive::Keyframes;
 #[derive(Debug, Args)]
 pub(super) struct KeyframeArguments {
     /// Map all poses, not only keyframes: poses 0.10 m or 5 degrees from the last one. Of an
-    /// AMiRo, and by `kleppe`, every step is mapped unless one of the next two is given.
+    /// AMiRo, and by `kleppe` and `pgc`, every step is mapped unless one of the next two is given.
     #[arg(long, conflicts_with_all = ["keyframe_mm", "keyframe_deg"])]
     all_poses: bool,
     /// Least distance of a keyframe from the last one; 100 if only --keyframe-deg is given.

@@ -13,8 +13,8 @@ use super::keyframe_arguments::KeyframeArguments;
 /// Arguments of `map`.
 #[derive(Debug, Args)]
 pub(super) struct MapCommand {
-    /// Recorded drives: folders with `od.txt` and `sonar.txt`, or with `scans.csv`; or an
-    /// AMiRo's files, as for `replay`.
+    /// Recorded drives: folders with `od.txt` and `sonar.txt`, or with `scans.csv`; files of an
+    /// AMiRo, as for `replay`; logs of Player 1; servo sweeps. rigs/README.md describes them.
     #[arg(required = true, value_name = "DRIVE")]
     pub(super) drives: Vec<PathBuf>,
     /// The robot: a rig file, as in `rigs/`; the usual one of the recording's format if not
