@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_weights_along_a_beam_of_one_metre() {
+    fn g9_weights_along_a_beam_of_one_metre() {
         // Floats near 1 are 6e-8 apart, the slope is 5 per metre: 1e-6 is enough.
         for (x, y, expected) in [
             (1.0, 0.0, 1.0),
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_a_line_instead_of_a_segment_clears_behind_robot_and_obstacle() {
+    fn g9_a_line_instead_of_a_segment_clears_behind_robot_and_obstacle() {
         for (x, y) in [(-0.5, 0.0), (1.5, 0.0)] {
             assert_eq!(weight(BeamRange::Echo(1.0), x, y), None, "({x}, {y})");
             assert_eq!(printed_line(x, y), Some(0.0), "({x}, {y}) as printed");
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_the_beam_s_length_as_tolerance_makes_obstacles_of_free_space() {
+    fn g9_the_beam_s_length_as_tolerance_makes_obstacles_of_free_space() {
         // Half way along the beam: free with a tolerance, an obstacle as printed.
         let point = Point::new(0.5, 0.0);
         let beam = ahead(BeamRange::Echo(1.0));
@@ -185,14 +185,14 @@ mod tests {
     }
 
     #[test]
-    fn g09_no_echo_clears_up_to_its_end_where_the_printed_maximum_marks_a_ring() {
+    fn g9_no_echo_clears_up_to_its_end_where_the_printed_maximum_marks_a_ring() {
         assert_eq!(weight(BeamRange::NoEcho(1.0), 1.0, 0.0), Some(0.0));
         assert_eq!(weight(BeamRange::NoEcho(1.0), 0.5, 0.0), Some(0.0));
         assert_eq!(weight(BeamRange::Echo(1.0), 1.0, 0.0), Some(1.0));
     }
 
     #[test]
-    fn g09_an_error_of_nearly_one_half_leaves_no_obstacle_and_no_free_space_at_the_edge() {
+    fn g9_an_error_of_nearly_one_half_leaves_no_obstacle_and_no_free_space_at_the_edge() {
         // The last beam of a sweep reaches most particles at the edge of its tolerance.
         let at_edge = |measurement_error: f32| {
             let model = BeamModel::new(BeamFilterParameters {

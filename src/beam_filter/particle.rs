@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_a_particle_takes_twelve_bytes_and_ten_thousand_do_not_fit_in_50_kb() {
+    fn g9_a_particle_takes_twelve_bytes_and_ten_thousand_do_not_fit_in_50_kb() {
         let bytes = core::mem::size_of::<BeamParticle>();
         assert_eq!(bytes, 12);
         assert_eq!(bytes * 10_000, 120_000);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_decay_is_symmetric_about_one_half_where_the_printed_one_is_not() {
+    fn g9_decay_is_symmetric_about_one_half_where_the_printed_one_is_not() {
         for (weight, corrected, printed) in [
             (0.1, 0.108, 0.102),
             (0.5, 0.5, 0.49),
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_a_uniform_start_fills_the_disc_of_radius_r_where_the_printed_bound_does_not() {
+    fn g9_a_uniform_start_fills_the_disc_of_radius_r_where_the_printed_bound_does_not() {
         // n = 40 000 in 4 rings of equal area: sigma of a count is 87, 4 sigma are 347.
         let parameters = BeamFilterParameters {
             local_radius_m: 3.0,

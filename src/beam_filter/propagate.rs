@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn g09_a_particle_that_leaves_enters_at_the_opposite_point_of_the_rim() {
+    fn g9_a_particle_that_leaves_enters_at_the_opposite_point_of_the_rim() {
         let model = model(Reentry::Opposite, 0.0);
         let advance = StraightMotion::new(&model, Point::new(0.1, 0.0)).unwrap();
         let mut particle = BeamParticle {

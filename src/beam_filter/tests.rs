@@ -425,7 +425,7 @@ fn a_servo_sweep_finds_the_wall_and_leaves_the_other_quadrants_undetermined() {
 }
 
 #[test]
-fn g09_the_maximum_range_as_a_measurement_makes_the_ring_of_figure_6() {
+fn g9_the_maximum_range_as_a_measurement_makes_the_ring_of_figure_6() {
     let on_ring = |filter: &BeamParticleFilter<10_000>| {
         let is_on = |p: &&BeamParticle| p.is_high() && (p.position.norm() - 0.8).abs() < 0.03;
         let is_ring = |p: &&BeamParticle| is_on(p) && p.position.x < 0.4;
@@ -437,7 +437,7 @@ fn g09_the_maximum_range_as_a_measurement_makes_the_ring_of_figure_6() {
 }
 
 #[test]
-fn g09_decay_per_reading_forgets_a_frame_of_32_beams_32_times_as_fast() {
+fn g9_decay_per_reading_forgets_a_frame_of_32_beams_32_times_as_fast() {
     // At 0.01 per reading an obstacle seen in one frame of 32 is gone in the third.
     let model = BeamModel::new(BeamFilterParameters::MOVING.for_frames()).unwrap();
     let mut particle = BeamParticle {

@@ -11,6 +11,7 @@ use sim_harness::experiments::{
     ExperimentCheck, ExperimentError, ExperimentReport, corridor, odometry_lap, specular_room,
     two_sensors,
 };
+use sim_harness::report::roc_chart;
 use sim_harness::{console, output};
 
 use super::{CommandResult, ExitStatus, arguments};
@@ -51,7 +52,8 @@ struct Seeds {
     /// Seeds from A up to B, without B; figures are means over them.
     #[arg(long, default_value = "100..105", value_name = "A..B", value_parser = arguments::seeds, allow_hyphen_values = true)]
     seeds: Range<u64>,
-    /// Where a sheet of the first seed's maps goes, `001.png` and so on; none if not given.
+    /// Where a sheet of the first seed's maps goes, `001.png` and so on, and the receiver
+    /// operating characteristics of 001, `001_roc.png`; none if not given.
     #[arg(long, value_name = "DIR", value_parser = arguments::path())]
     out: Option<PathBuf>,
 }
@@ -90,6 +92,10 @@ impl ExperimentsCommand {
             if let (Some(out), Some(sheet)) = (&seeds.out, report.sheet()) {
                 output::create_folder(out)?;
                 sheet.save_png(&out.join(name))?;
+                if !report.curves.is_empty() {
+                    let chart = roc_chart("Room with specular walls, first seed", &report.curves);
+                    chart.save_png(&out.join("001_roc.png"))?;
+                }
             }
             let status = print_report(&report);
             holds &= matches!(status, ExitStatus::Good);

@@ -89,6 +89,7 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
         lines,
         checks: checks(&whole, &corners, &local, &openings),
         maps,
+        curves: Vec::new(),
     })
 }
 

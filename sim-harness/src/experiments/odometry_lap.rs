@@ -100,7 +100,7 @@ pub fn odometry_lap(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentEr
     Ok(ExperimentReport {
         lines,
         checks,
-        maps: Vec::new(),
+        ..ExperimentReport::default()
     })
 }
 

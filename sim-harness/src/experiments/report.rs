@@ -10,7 +10,7 @@ use crate::evaluation::cell_truth::{
 use crate::geometry::{Rectangle, Vector};
 use crate::lattice::Lattice;
 use crate::mapping::{Map, Mapper, Method, Setup};
-use crate::report::{CellWindow, ContactSheet, Picture};
+use crate::report::{CellWindow, ContactSheet, Picture, RocCurve};
 use crate::rig::{Rig, RigError};
 use crate::world::TrueWorld;
 
@@ -52,6 +52,8 @@ pub struct ExperimentReport {
     /// Labels and maps of the first seed, the truth first; none for an experiment without
     /// maps.
     pub maps: Vec<(String, Map)>,
+    /// Receiver operating characteristics of these maps, where the paper draws them.
+    pub curves: Vec<RocCurve>,
 }
 
 impl ExperimentReport {

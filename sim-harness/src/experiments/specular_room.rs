@@ -7,7 +7,7 @@ use super::report::{
     ExperimentReport, MethodScores, label, map_of, rig, room, scored_cells, truth_of,
 };
 use super::{ExperimentCheck, ExperimentError};
-use crate::evaluation::cell_truth::CellScores;
+use crate::evaluation::cell_truth::{CellScores, receiver_operating_characteristic};
 use crate::geometry::Vector;
 use crate::mapping::Method;
 
@@ -63,7 +63,7 @@ pub fn specular_room(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentE
     let lap = LAP.map(|[x, y]| Vector::new(x, y));
     let poses = poses_along(&lap, STEP_M, None);
     let mut scores = MethodScores::new(&METHODS);
-    let mut maps = Vec::new();
+    let (mut maps, mut curves) = (Vec::new(), Vec::new());
     for seed in seeds.clone() {
         let records = simulated_records(&world, &rig, &poses, &DriftingOdometry::EXACT, seed);
         let (truth, scored) = (truth_of(&world, &records), scored_cells(&rig, &records));
@@ -80,6 +80,8 @@ pub fn specular_room(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentE
             let of_method = CellScores::of(&map, &truth, &scored);
             scores.add(name, of_method);
             if seed == seeds.start {
+                let curve = receiver_operating_characteristic(&map, &truth, &scored);
+                curves.push((name.to_owned(), curve));
                 maps.push((label(name, &of_method), map));
             }
         }
@@ -89,6 +91,7 @@ pub fn specular_room(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentE
         lines: scores.lines(title, seeds),
         checks: checks(&scores),
         maps,
+        curves,
     })
 }
 

@@ -8,7 +8,7 @@ use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, ScoredCells, TrueCell, TrueCells};
 use crate::geometry::Vector;
 use crate::lattice::Cell;
-use crate::mapping::{Map, Method, Occupancy};
+use crate::mapping::{Belief, Map, Method, Occupancy};
 
 const LASER: &str = "laser";
 const SONAR: &str = "sonar";
@@ -93,6 +93,12 @@ pub fn two_sensors(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentErr
                 shown.push((label(name, &of_map), map.clone()));
             }
         }
+        if seed == seeds.start {
+            for (name, fused) in [(PESSIMISTIC, pessimistic), (MINMAX, minmax)] {
+                let label = format!("source of {name}\nblack: laser\nwhite: sonars");
+                shown.push((label, source_map(fused, [laser, sonar])));
+            }
+        }
         for (sum, map) in sums.tnr.iter_mut().zip(&maps) {
             *sum += true_negatives(&truth, map, [laser, sonar]) / count;
         }
@@ -125,6 +131,7 @@ pub fn two_sensors(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentErr
         lines,
         checks: checks(&scores, &sums),
         maps: shown,
+        curves: Vec::new(),
     })
 }
 
@@ -163,19 +170,38 @@ fn true_negatives(truth: &TrueCells, map: &Map, layers: [&Map; 2]) -> f64 {
 
 /// Share of the cells that a layer knows in which a fused map has the laser's value; of equal
 /// values the laser's counts, as the first.
-fn laser_share(truth: &TrueCells, fused: &Map, [laser, sonar]: [&Map; 2]) -> f64 {
+fn laser_share(truth: &TrueCells, fused: &Map, layers: [&Map; 2]) -> f64 {
     let (mut of_laser, mut all) = (0.0, 0.0);
     for (cell, is) in truth.iter() {
-        if *is == TrueCell::Outside || !(is_known(laser, cell) || is_known(sonar, cell)) {
+        if *is == TrueCell::Outside {
             continue;
         }
-        let [value, by_laser, by_sonar] = [fused, laser, sonar].map(|map| p_occ(map, cell));
-        all += 1.0;
-        if (value - by_laser).abs() <= (value - by_sonar).abs() {
-            of_laser += 1.0;
+        if let Some(is_of_laser) = is_of_laser(cell, fused, layers) {
+            all += 1.0;
+            of_laser += f64::from(u8::from(is_of_laser));
         }
     }
     of_laser / all
+}
+
+/// Whether a fused map has the laser's value in a cell; `None` if no layer knows the cell.
+fn is_of_laser(cell: Cell, fused: &Map, [laser, sonar]: [&Map; 2]) -> Option<bool> {
+    let [value, by_laser, by_sonar] = [fused, laser, sonar].map(|map| p_occ(map, cell));
+    let is_of_laser = (value - by_laser).abs() <= (value - by_sonar).abs();
+    (is_known(laser, cell) || is_known(sonar, cell)).then_some(is_of_laser)
+}
+
+/// The layer that supplied each cell, as a map: occupied for the laser's, free for the
+/// sonars'.
+fn source_map(fused: &Map, layers: [&Map; 2]) -> Map {
+    let mut source = Map::unknown(fused.lattice());
+    for (cell, _) in fused.iter() {
+        let is_of_laser = is_of_laser(cell, fused, layers);
+        if let Some((held, is_of_laser)) = source.reach(cell).zip(is_of_laser) {
+            *held = Belief::of_probability(f32::from(u8::from(is_of_laser)));
+        }
+    }
+    source
 }
 
 fn checks(scores: &MethodScores, sums: &LayerFigures) -> Vec<ExperimentCheck> {
