@@ -39,6 +39,9 @@ struct Study {
     fits: bool,
 }
 
+/// The methods whose maps are compared.
+const METHODS: [Method; 3] = [Method::PLUS, Method::WALL, Method::WALL_MAP];
+
 /// Errors of the logarithms of gains over all fits.
 #[derive(Clone, Copy, Debug, Default)]
 struct Errors {
@@ -96,7 +99,7 @@ impl Study {
         Ok(fit.solve())
     }
 
-    /// Both methods in a world by a robot, with some calibration.
+    /// All methods in a world by a robot, with some calibration.
     fn trials(
         &self,
         scenario: &Scenario,
@@ -105,7 +108,7 @@ impl Study {
     ) -> Result<Vec<Trial>, Box<dyn Error>> {
         let comparison = MethodComparison {
             scenarios: vec![scenario.clone()],
-            methods: vec![Method::PLUS, Method::WALL_MAP],
+            methods: METHODS.to_vec(),
             seeds: seed..seed + 1,
             particles_per_sensor: self.particles,
             options: self.options(),
@@ -185,7 +188,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let (name, other) = (&worlds[mapped].name, &worlds[from].name);
         for (trials, row) in all.iter().zip(names).filter(|(all, _)| !all.is_empty()) {
-            for method in [Method::PLUS, Method::WALL_MAP] {
+            for method in METHODS {
                 console::print(format_args!(
                     "{name:<6} gains from {other:<6} {method:<9} {row:<20} OE {:5.1} %  recall {:.2}",
                     100.0 * mean(trials, method, Metric::Oe),

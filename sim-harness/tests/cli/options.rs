@@ -272,7 +272,10 @@ fn files_of_gains_are_refused_with_file_key_and_reason_and_not_overwritten() {
         ),
         ("evaluate --gains seven.toml", "--gains: seven.toml: "),
         ("record --on x --out y --gains other.toml", "unknown field"),
-        ("map x --rig good.toml --gains dim.toml", "good.toml: "),
+        (
+            "map x --rig good.toml --gains dim.toml",
+            "--gains: dim.toml: gains[7] is 0.1; legal is 0.25 to 4",
+        ),
         (
             "calibrate --from-drive drive.txt --out good.toml",
             "--out: good.toml exists; --force replaces it",
