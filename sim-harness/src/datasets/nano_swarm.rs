@@ -325,7 +325,7 @@ fn hand_on(
     for (mount, row) in rows {
         match &mount.sensor {
             Sensor::Scanner(scanner) => returns.extend(row.iter().enumerate().map(|(k, mm)| {
-                let bearing_rad = scanner.first_rad + k as f64 * scanner.step_rad;
+                let bearing_rad = scanner.bearing_rad(k);
                 measured(beam_m(*mm, bearing_rad), scanner.range_m, scanner.sigma_m)
             })),
             Sensor::Cone(cone) => {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
 use super::report::{
-    ExperimentReport, MethodScores, label, map_of, part_of, rig, room, scored_cells, truth_of,
+    ExperimentReport, MethodScores, map_of, part_of, rig, room, scored_cells, truth_of,
 };
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, TrueCell, TrueCells};
@@ -68,7 +68,7 @@ pub fn corridor(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentError>
             corners.add(name, CellScores::of(&map, &ends, &scored));
             *opening += closed_cells(&truth, &map) as f64 / count;
             if seed == seeds.start {
-                maps.push((label(name, &of_whole), map));
+                maps.push((of_whole.label(name), map));
             }
             let map = map_of(&method, &rig, &at_start);
             local.add(name, CellScores::of(&map, &truth, &start_scored));

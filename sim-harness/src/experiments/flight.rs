@@ -12,6 +12,7 @@ use crate::datasets::{Dataset, DatasetError, DriveFile, NanoSwarm};
 use crate::drive::{RangeScan, Record, Return};
 use crate::escape::whole_escaped;
 use crate::geometry::{Pose2, Vector};
+use crate::mapping::mount_returns;
 use crate::rig::Rig;
 use crate::sensors::Sensor;
 use crate::world::TrueWorld;
@@ -190,24 +191,22 @@ impl Flight {
 
 /// The beams of a scan; a range beyond the reach is a beam without an echo.
 fn beams(rig: &Rig, scan: &RangeScan, reach_m: f64) -> Vec<RangeBeam> {
-    let mut returns = scan.returns.iter();
     let mut beams = Vec::with_capacity(scan.returns.len());
-    for mount in rig.mounts.get(scan.mounts.clone()).unwrap_or_default() {
-        let number = mount.sensor.model().returns();
-        for (index, measured) in returns.by_ref().take(number).enumerate() {
-            let Sensor::Scanner(scanner) = &mount.sensor else {
-                continue;
-            };
-            let range = match *measured {
+    for mounted in mount_returns(rig, scan) {
+        let Sensor::Scanner(scanner) = &mounted.mount.sensor else {
+            continue;
+        };
+        for (index, measured) in mounted.recorded().enumerate() {
+            let range = match measured {
                 Return::Echo { range_m, .. } if range_m <= reach_m => {
                     BeamRange::Echo(range_m as f32)
                 }
                 Return::Echo { .. } | Return::NoEcho { .. } => BeamRange::NoEcho(reach_m as f32),
                 Return::TooClose | Return::Invalid => continue,
             };
-            let at = mount.body_from_sensor;
-            let bearing_rad = scanner.first_rad + index as f64 * scanner.step_rad;
-            let axis = core_pose(at.position, at.heading_rad() + bearing_rad);
+            let at = mounted.mount.body_from_sensor;
+            let heading_rad = at.heading_rad() + scanner.bearing_rad(index);
+            let axis = core_pose(at.position, heading_rad);
             beams.extend(RangeBeam::new(&axis, range));
         }
     }

@@ -102,7 +102,7 @@ impl RangeWorld {
     /// The range of a beam without noise, metres; `None` beyond the scanner's farthest.
     #[must_use]
     pub fn beam_m(&self, scanner: &Scanner, world_from_sensor: &Pose2, beam: u16) -> Option<f64> {
-        let bearing_rad = scanner.first_rad + f64::from(beam) * scanner.step_rad;
+        let bearing_rad = scanner.bearing_rad(usize::from(beam));
         let direction = direction(world_from_sensor, bearing_rad);
         let hit = self.first_hit(world_from_sensor.position, direction)?;
         (hit.distance_m <= scanner.range_m[1]).then_some(hit.distance_m)

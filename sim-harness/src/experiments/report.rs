@@ -73,18 +73,6 @@ impl ExperimentReport {
     }
 }
 
-/// The label of a map with its scores.
-pub(super) fn label(name: &str, scores: &CellScores) -> String {
-    let share = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), |it| format!("{it:.3}"));
-    format!(
-        "{name}\nOE {} AUC {}\nTPR {} FPR {}",
-        share(scores.oe),
-        share(scores.auc),
-        share(scores.tpr),
-        share(scores.fpr)
-    )
-}
-
 /// The map of a method over all poses of a drive.
 pub(super) fn map_of(method: &Method, rig: &Rig, records: &[Record]) -> Map {
     let mut mapper = method.mapper(&Setup::new(rig, Lattice::new(CELL_M)));

@@ -3,9 +3,7 @@
 use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
-use super::report::{
-    ExperimentReport, MethodScores, label, map_of, rig, room, scored_cells, truth_of,
-};
+use super::report::{ExperimentReport, MethodScores, map_of, rig, room, scored_cells, truth_of};
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, receiver_operating_characteristic};
 use crate::geometry::Vector;
@@ -82,7 +80,7 @@ pub fn specular_room(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentE
             if seed == seeds.start {
                 let curve = receiver_operating_characteristic(&map, &truth, &scored);
                 curves.push((name.to_owned(), curve));
-                maps.push((label(name, &of_method), map));
+                maps.push((of_method.label(name), map));
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::range_drive::{DriftingOdometry, poses_along, simulated_records};
-use super::report::{ExperimentReport, MethodScores, label, map_of, rig, room, truth_of};
+use super::report::{ExperimentReport, MethodScores, map_of, rig, room, truth_of};
 use super::{ExperimentCheck, ExperimentError};
 use crate::evaluation::cell_truth::{CellScores, ScoredCells, TrueCell, TrueCells};
 use crate::geometry::Vector;
@@ -90,7 +90,7 @@ pub fn two_sensors(seeds: &Range<u64>) -> Result<ExperimentReport, ExperimentErr
             let of_map = CellScores::of(map, &truth, &scored);
             scores.add(name, of_map);
             if seed == seeds.start {
-                shown.push((label(name, &of_map), map.clone()));
+                shown.push((of_map.label(name), map.clone()));
             }
         }
         if seed == seeds.start {

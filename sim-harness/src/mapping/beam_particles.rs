@@ -6,7 +6,7 @@ use amiro_ipf::beam_filter::{
 use amiro_ipf::geometry::{Angle, Motion, Point, Pose};
 use amiro_ipf::random::Generator;
 
-use super::{Belief, Calculus, Counts, Evidence, FinishProgress, Grid, Map, Mapper};
+use super::{Belief, Calculus, Counts, Evidence, FinishProgress, Grid, Map, Mapper, mount_returns};
 use crate::drive::{RangeScan, Record, Return};
 use crate::geometry::{Pose2, Vector};
 use crate::lattice::Lattice;
@@ -131,17 +131,17 @@ impl BeamMapper {
         let (_, _, beams) = self
             .next
             .get_or_insert_with(|| (scan.stamp_us, scan.world_from_body, Vec::new()));
-        let mut returns = scan.returns.iter();
-        for mount in self.rig.mounts.get(scan.mounts.clone()).unwrap_or_default() {
+        for mounted in mount_returns(&self.rig, scan) {
+            let mount = mounted.mount;
             let number = mount.sensor.model().returns();
             let stride = number.div_ceil(MOST_BEAMS).max(1);
-            for (index, measured) in returns.by_ref().take(number).enumerate() {
+            for (index, measured) in mounted.recorded().enumerate() {
                 let bearing_rad = match &mount.sensor {
-                    Sensor::Scanner(it) => it.first_rad + index as f64 * it.step_rad,
+                    Sensor::Scanner(it) => it.bearing_rad(index),
                     Sensor::Cone(_) => 0.0,
                     Sensor::Infrared(_) => continue,
                 };
-                let Some(range) = beam_range(*measured, self.reach_m) else {
+                let Some(range) = beam_range(measured, self.reach_m) else {
                     continue;
                 };
                 if index % stride == 0 {

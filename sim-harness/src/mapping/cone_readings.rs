@@ -3,7 +3,7 @@
 //! A batch method asks two questions: which cells does a reading look at, and which readings
 //! look at a cell. [`ConeReadings`] answers the first, a [`CellIndex`] over it the second.
 
-use super::{Belief, Grid, MAX_CELLS, Map};
+use super::{Belief, Grid, MAX_CELLS, Map, mount_returns};
 use crate::drive::{RangeScan, Return};
 use crate::geometry::{Pose2, Vector};
 use crate::lattice::{Cell, Lattice};
@@ -82,8 +82,7 @@ pub(super) struct ReadingSelection {
 /// exceed the limits of the store.
 #[derive(Clone, Debug)]
 pub(super) struct ConeReadings {
-    /// Pose, number of returns and cone of each mount.
-    mounts: Vec<(Pose2, usize, Option<Cone>)>,
+    rig: Rig,
     selection: ReadingSelection,
     max_pairs: usize,
     numbers: Grid<u32>,
@@ -98,12 +97,8 @@ pub(super) struct ConeReadings {
 impl ConeReadings {
     /// An empty store for the sensors of a rig.
     pub(super) fn new(lattice: Lattice, rig: &Rig, selection: ReadingSelection) -> Self {
-        let mounts = rig.mounts.iter().map(|mount| {
-            let returns = mount.sensor.model().returns();
-            (mount.body_from_sensor, returns, mount.sensor.cone())
-        });
         Self {
-            mounts: mounts.collect(),
+            rig: rig.clone(),
             selection,
             max_pairs: MAX_PAIRS,
             numbers: Grid::new(lattice, NO_CELL),
@@ -118,18 +113,16 @@ impl ConeReadings {
 
     /// Adds the readings of a scan.
     pub(super) fn add(&mut self, scan: &RangeScan) {
-        let mounts = self.mounts.get(scan.mounts.clone()).unwrap_or_default();
         let mut found = Vec::new();
         let mut number = 0;
-        for (body_from_sensor, returns, cone) in mounts {
-            for _ in 0..*returns {
-                if let (Some(cone), Some(measured)) = (cone, scan.returns.get(number)) {
-                    found.push((number, *body_from_sensor, *cone, *measured));
-                }
+        for mounted in mount_returns(&self.rig, scan) {
+            let cone = mounted.mount.sensor.cone();
+            for measured in mounted.recorded() {
+                found.extend(cone.map(|cone| (number, mounted.world_from_sensor, cone, measured)));
                 number += 1;
             }
         }
-        for (number, body_from_sensor, cone, measured) in found {
+        for (number, world_from_sensor, cone, measured) in found {
             let (range_m, sigma_m, is_echo) = match measured {
                 Return::Echo { range_m, sigma_m } => (range_m, sigma_m, true),
                 Return::NoEcho { limit_m, sigma_m } if self.selection.takes_no_echo => {
@@ -143,7 +136,7 @@ impl ConeReadings {
                 range_m,
                 is_echo,
                 cone,
-                world_from_sensor: scan.world_from_body * body_from_sensor,
+                world_from_sensor,
                 pairs: [0; 4],
             };
             if self.store(reading, sigma_m).is_none() {

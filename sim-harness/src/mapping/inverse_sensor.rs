@@ -17,7 +17,7 @@
 //! (section 5, Stachniss and Haehnel) and print no formula. [`InverseSensorParameters`]
 //! has the variants that the comparison is made with.
 
-use super::{Belief, Calculus, Evidence, Grid, LogOdds, Map, Mapper};
+use super::{Belief, Calculus, Evidence, Grid, LogOdds, Map, Mapper, mount_returns};
 use crate::drive::{RangeScan, Record};
 use crate::lattice::Lattice;
 use crate::rig::Rig;
@@ -154,20 +154,18 @@ impl InverseSensorMapper {
             calculus,
             log_odds,
         } = self;
-        let mut returns = scan.returns.iter();
         let mut has_refused = false;
-        for mount in rig.mounts.get(scan.mounts.clone()).unwrap_or_default() {
-            let world_from_sensor = scan.world_from_body * mount.body_from_sensor;
-            let of_mount = returns.by_ref().take(mount.sensor.model().returns());
-            for (index, measured) in of_mount.enumerate() {
+        for mounted in mount_returns(rig, scan) {
+            let model = mounted.mount.sensor.model();
+            for (index, measured) in mounted.recorded().enumerate() {
                 let view = View {
                     index,
-                    measured: *measured,
-                    world_from_sensor,
+                    measured,
+                    world_from_sensor: mounted.world_from_sensor,
                     tolerance_m: parameters.tolerance_cells * log_odds.cell_m(),
                     lattice: log_odds.lattice(),
                 };
-                has_refused |= !mount.sensor.model().footprint(&view, &mut |seen| {
+                has_refused |= !model.footprint(&view, &mut |seen| {
                     let Some(mut evidence) = parameters.evidence(seen.region) else {
                         return;
                     };

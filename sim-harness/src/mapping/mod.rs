@@ -57,6 +57,7 @@ pub use mapped_wall::MappedWall;
 pub use methods::{Method, MissingSensors, SensorChoice, Setup, UnknownMethod};
 pub use near_range::{NearRangeMapper, NearRangeParameters};
 pub use range_sensor_layer::{RangeLayerMapper, RangeLayerParameters};
+pub(crate) use scan_returns::mount_returns;
 pub use wall_map::{
     RingGainFit, RingGains, SegmentMapper, SensorGain, WallMapParameters, WallMapper,
 };

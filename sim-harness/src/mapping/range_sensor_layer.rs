@@ -200,7 +200,7 @@ impl PlacedReturn<'_> {
     /// Sets the cost of the cell at the end of the axis.
     fn mark_end(&self, range_m: f64, costs: &mut Grid<u8>) -> bool {
         let bearing_rad = match self.sensor {
-            Sensor::Scanner(it) => it.first_rad + self.view.index as f64 * it.step_rad,
+            Sensor::Scanner(it) => it.bearing_rad(self.view.index),
             Sensor::Cone(_) | Sensor::Infrared(_) => 0.0,
         };
         let direction = Turn::by_radians_f64(bearing_rad).direction();

@@ -7,39 +7,50 @@ use crate::sensors::Sensor;
 
 /// The returns of one mount in a scan.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct MountReturns<'a> {
+pub(crate) struct MountReturns<'a> {
+    /// Its number in the rig.
+    pub(crate) index: usize,
     /// The mount.
-    pub(super) mount: &'a SensorMount,
+    pub(crate) mount: &'a SensorMount,
     /// Where its sensor was.
-    pub(super) world_from_sensor: Pose2,
+    pub(crate) world_from_sensor: Pose2,
     returns: &'a [Return],
 }
 
 /// The returns of a scan, mount by mount; mounts that the rig does not have are left out.
-pub(super) fn mount_returns<'a>(
+pub(crate) fn mount_returns<'a>(
     rig: &'a Rig,
     scan: &'a RangeScan,
 ) -> impl Iterator<Item = MountReturns<'a>> {
     let mut rest = scan.returns.as_slice();
     let mounts = rig.mounts.get(scan.mounts.clone()).unwrap_or_default();
-    mounts.iter().map(move |mount| {
-        let count = mount.sensor.model().returns().min(rest.len());
-        let (returns, behind) = rest.split_at(count);
-        rest = behind;
-        MountReturns {
-            mount,
-            world_from_sensor: scan.world_from_body * mount.body_from_sensor,
-            returns,
-        }
-    })
+    mounts
+        .iter()
+        .zip(scan.mounts.clone())
+        .map(move |(mount, index)| {
+            let count = mount.sensor.model().returns().min(rest.len());
+            let (returns, behind) = rest.split_at(count);
+            rest = behind;
+            MountReturns {
+                index,
+                mount,
+                world_from_sensor: scan.world_from_body * mount.body_from_sensor,
+                returns,
+            }
+        })
 }
 
 impl MountReturns<'_> {
+    /// The returns as they were recorded.
+    pub(crate) fn recorded(&self) -> impl Iterator<Item = Return> {
+        self.returns.iter().copied()
+    }
+
     /// The returns within the sensor's limits; see [`within_limits`].
     pub(super) fn returns(&self) -> impl Iterator<Item = Return> {
         let farthest_m = farthest_m(&self.mount.sensor);
-        let returns = self.returns.iter();
-        returns.map(move |measured| within_limits(*measured, farthest_m))
+        self.recorded()
+            .map(move |measured| within_limits(measured, farthest_m))
     }
 }
 

@@ -21,6 +21,14 @@ pub struct Scanner {
     pub sigma_m: f64,
 }
 
+impl Scanner {
+    /// Bearing of a beam off the axis, radians, by its number from 0.
+    #[must_use]
+    pub fn bearing_rad(&self, beam: usize) -> f64 {
+        self.first_rad + beam as f64 * self.step_rad
+    }
+}
+
 /// Every cell on a beam before the echo, each once from near to far, and the one cell
 /// that holds the echo.
 ///
@@ -35,7 +43,7 @@ impl RangeSensor for Scanner {
         let Some(range) = view.range() else {
             return true;
         };
-        let bearing_rad = self.first_rad + view.index as f64 * self.step_rad;
+        let bearing_rad = self.bearing_rad(view.index);
         let direction = Turn::by_radians_f64(bearing_rad)
             .after(view.world_from_sensor.heading)
             .direction();

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::roc::steps;
 use super::{ScoredCells, TrueCell, TrueCells};
 use crate::lattice::Cell;
 use crate::mapping::{Map, Occupancy};
@@ -45,6 +46,21 @@ Cover: share of the scored cells that is classified. TPR1, FPR1: with one cell o
 all-free: the map that is free everywhere. Its error is low: no error says much alone.";
 
 impl CellScores {
+    /// Lines for a small picture of the map of a name.
+    #[must_use]
+    pub fn label(&self, name: &str) -> String {
+        let number = |share: Option<f64>| {
+            share.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}"))
+        };
+        format!(
+            "{name}\nOE {} AUC {}\nTPR {} FPR {}",
+            number(self.oe),
+            number(self.auc),
+            number(self.tpr),
+            number(self.fpr)
+        )
+    }
+
     /// Scores a map.
     #[must_use]
     pub fn of(map: &Map, truth: &TrueCells, scored: &ScoredCells) -> Self {
@@ -80,7 +96,7 @@ impl CellScores {
             }
         }
         Self {
-            auc: auc(&mut ranked),
+            auc: auc(ranked),
             ..counts.scores()
         }
     }
@@ -142,19 +158,14 @@ fn with_neighbours(cell: Cell) -> impl Iterator<Item = Cell> {
 }
 
 /// The Mann-Whitney statistic over the number of pairs; `None` without a pair.
-fn auc(ranked: &mut [(f32, bool)]) -> Option<f64> {
-    ranked.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let (mut below, mut pairs) = (0.0, 0.0);
-    let mut free_before = 0.0;
-    for tied in ranked.chunk_by(|one, other| one.0.total_cmp(&other.0).is_eq()) {
-        let occupied = tied.iter().filter(|(_, is_occupied)| *is_occupied).count() as f64;
-        let free = tied.len() as f64 - occupied;
-        below += occupied * (free_before + 0.5 * free);
-        free_before += free;
-        pairs += occupied;
-    }
-    pairs *= free_before;
-    (pairs > 0.0).then(|| below / pairs)
+fn auc(ranked: Vec<(f32, bool)>) -> Option<f64> {
+    let steps = steps(ranked);
+    let &(free, occupied) = steps.last()?;
+    // Of each step, the free cells beside the occupied ones above them, and half of those
+    // beside them.
+    let pairs = steps.iter().zip(steps.iter().skip(1));
+    let in_order = pairs.map(|(before, after)| (after.0 - before.0) * (before.1 + after.1) / 2.0);
+    (free * occupied > 0.0).then(|| in_order.sum::<f64>() / (free * occupied))
 }
 
 #[cfg(test)]
@@ -188,19 +199,19 @@ mod tests {
 
     #[test]
     fn auc_is_the_share_of_pairs_in_order_with_ties_half() {
-        let mut perfect = [(0.1, false), (0.9, true), (0.2, false), (0.8, true)];
-        assert_eq!(auc(&mut perfect), Some(1.0));
-        let mut tied = [(0.5, false), (0.5, true)];
-        assert_eq!(auc(&mut tied), Some(0.5));
+        let perfect = [(0.1, false), (0.9, true), (0.2, false), (0.8, true)];
+        assert_eq!(auc(perfect.to_vec()), Some(1.0));
+        let tied = [(0.5, false), (0.5, true)];
+        assert_eq!(auc(tied.to_vec()), Some(0.5));
         // Of 2 x 3 pairs: 0.4 above 0.1 and 0.3, 0.3 above 0.1 and tied with 0.3.
-        let mut mixed = [
+        let mixed = [
             (0.1, false),
             (0.3, false),
             (0.7, false),
             (0.4, true),
             (0.3, true),
         ];
-        assert_eq!(auc(&mut mixed), Some(3.5 / 6.0));
-        assert_eq!(auc(&mut [(0.3, true)]), None);
+        assert_eq!(auc(mixed.to_vec()), Some(3.5 / 6.0));
+        assert_eq!(auc(vec![(0.3, true)]), None);
     }
 }

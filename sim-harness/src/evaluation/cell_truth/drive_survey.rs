@@ -25,8 +25,8 @@ pub struct DriveSurvey<'a> {
     scored: ScoredCells,
     of_all: ScannerTruth,
     of_odd: ScannerTruth,
+    /// Of the robot, one per keyframe.
     places: Vec<Vector>,
-    keyframes: u64,
 }
 
 /// Truth and scored cells of a drive.
@@ -58,21 +58,19 @@ impl<'a> DriveSurvey<'a> {
             of_all: ScannerTruth::new(lattice, rig, LEAST_SCANS),
             of_odd: ScannerTruth::new(lattice, rig, LEAST_SCANS_OF_HALF),
             places: Vec::new(),
-            keyframes: 0,
         }
     }
 
     /// Takes the next record of the keyframes.
     pub fn take(&mut self, record: &Record) {
         if let Some(pose) = record.pose() {
-            self.keyframes += 1;
             self.places.push(pose.position);
         }
         self.scored.take(record);
         if matches!(self.world, TrueWorld::Scanner) {
             self.of_all.take(record);
-            // The keyframes count from 0.
-            if self.keyframes.is_multiple_of(2) {
+            // The keyframes count from 0: behind the second one, this is 1.
+            if self.places.len().is_multiple_of(2) {
                 self.of_odd.take(record);
             }
         }

@@ -6,9 +6,9 @@ use super::{TrueCell, TrueCells};
 use crate::drive::{RangeScan, Record, Return};
 use crate::geometry::Vector;
 use crate::lattice::{Cell, Lattice};
-use crate::mapping::Grid;
+use crate::mapping::{Grid, mount_returns};
 use crate::rig::Rig;
-use crate::sensors::{Region, Sensor, View};
+use crate::sensors::{RangeSensor, Region, Sensor, View};
 
 /// Longest range that is believed, metres.
 const REACH_M: f64 = 8.0;
@@ -65,26 +65,22 @@ impl ScannerTruth {
     fn add(&mut self, scan: &RangeScan) {
         let lattice = self.counts.lattice();
         let (mut hits, mut passes) = (BTreeSet::new(), BTreeSet::new());
-        let mut returns = scan.returns.iter();
-        for mount in self.rig.mounts.get(scan.mounts.clone()).unwrap_or_default() {
-            let of_mount = returns.by_ref().take(mount.sensor.model().returns());
-            let Sensor::Scanner(scanner) = &mount.sensor else {
-                of_mount.for_each(drop);
+        for mounted in mount_returns(&self.rig, scan) {
+            let Sensor::Scanner(scanner) = &mounted.mount.sensor else {
                 continue;
             };
-            for (index, measured) in of_mount.enumerate() {
-                let Some(measured) = believed(*measured) else {
+            for (index, measured) in mounted.recorded().enumerate() {
+                let Some(measured) = believed(measured) else {
                     continue;
                 };
                 let view = View {
                     index,
                     measured,
-                    world_from_sensor: scan.world_from_body * mount.body_from_sensor,
+                    world_from_sensor: mounted.world_from_sensor,
                     tolerance_m: 0.0,
                     lattice,
                 };
-                let model: &dyn crate::sensors::RangeSensor = scanner;
-                model.footprint(&view, &mut |seen| {
+                scanner.footprint(&view, &mut |seen| {
                     let cells = match seen.region {
                         Region::AtEcho => &mut hits,
                         _ => &mut passes,

@@ -3,7 +3,7 @@
 use super::{TrueCell, TrueCells};
 use crate::drive::{RangeScan, Record, Return};
 use crate::lattice::{Cell, Lattice};
-use crate::mapping::{Grid, Map, Occupancy};
+use crate::mapping::{Grid, Map, Occupancy, mount_returns};
 use crate::rig::Rig;
 use crate::sensors::View;
 
@@ -64,21 +64,19 @@ impl ScoredCells {
             marked,
         } = self;
         let lattice = marked.lattice();
-        let mut returns = scan.returns.iter();
-        for index in scan.mounts.clone() {
-            let Some(mount) = rig.mounts.get(index) else {
-                break;
-            };
-            let model = mount.sensor.model();
-            let is_marked = mounts.get(index).copied().unwrap_or(false);
-            for (index, measured) in returns.by_ref().take(model.returns()).enumerate() {
-                if !(is_marked && matches!(measured, Return::Echo { .. })) {
+        for mounted in mount_returns(rig, scan) {
+            if mounts.get(mounted.index) != Some(&true) {
+                continue;
+            }
+            let model = mounted.mount.sensor.model();
+            for (index, measured) in mounted.recorded().enumerate() {
+                if !matches!(measured, Return::Echo { .. }) {
                     continue;
                 }
                 let view = View {
                     index,
-                    measured: *measured,
-                    world_from_sensor: scan.world_from_body * mount.body_from_sensor,
+                    measured,
+                    world_from_sensor: mounted.world_from_sensor,
                     tolerance_m: lattice.cell_m(),
                     lattice,
                 };

@@ -3,8 +3,6 @@
 use crate::evaluation::cell_truth::CellScores;
 use serde::Serialize;
 
-use super::map_table::short;
-
 /// A recording and a method: a row of the table, and of the file of `--json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct MapRow {
@@ -61,18 +59,9 @@ impl MapRow {
     /// Lines for a small picture of the map.
     #[must_use]
     pub fn label(&self) -> String {
-        let number = |value: Option<f64>| short(value, 3);
-        match &self.scores {
-            None => self.method.to_owned(),
-            Some(scores) => format!(
-                "{}{}\nOE {} AUC {}\nTPR {} FPR {}",
-                self.method,
-                if self.splits_keyframes { " (even)" } else { "" },
-                number(scores.oe),
-                number(scores.auc),
-                number(scores.tpr),
-                number(scores.fpr)
-            ),
-        }
+        let even = if self.splits_keyframes { " (even)" } else { "" };
+        let name = format!("{}{even}", self.method);
+        let scores = self.scores.as_ref();
+        scores.map_or_else(|| self.method.to_owned(), |scores| scores.label(&name))
     }
 }

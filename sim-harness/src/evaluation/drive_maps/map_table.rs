@@ -21,7 +21,7 @@ const HEAD: &str =
     "method             OE   OEc    TPR    FPR    AUC  cover   TPR1   FPR1   cells       s     MB";
 
 /// A number of fixed decimals, a dash for none.
-pub(super) fn short(value: Option<f64>, decimals: usize) -> String {
+fn short(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 

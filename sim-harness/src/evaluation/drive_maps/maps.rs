@@ -13,6 +13,9 @@ use crate::mapping::{FinishProgress, Map, Mapper, Method, NoEcho, Occupancy, Set
 use crate::pipeline::{self, DriveOptions, DriveSummary, KeyframeShare};
 use crate::world::TrueWorld;
 
+/// The layers in whose cells maps of the even keyframes are scored.
+const LAYERS: [Method; 2] = [Method::LASER, Method::SONAR];
+
 /// How drives are mapped.
 #[derive(Clone, Debug)]
 pub struct MapSettings {
@@ -116,24 +119,24 @@ impl DriveMaps {
         let is_split = |(_, made): &(Method, Result<MethodMap, String>)| {
             made.as_ref().is_ok_and(|made| made.splits)
         };
-        let mut layers = Vec::new();
+        let mut not_asked_for = Vec::new();
         if tried.iter().any(is_split) {
-            for layer in [Method::LASER, Method::SONAR] {
-                if let Ok(made) = try_method(&layer)? {
-                    layers.push(made.map);
-                }
+            for layer in LAYERS
+                .into_iter()
+                .filter(|it| !settings.methods.contains(it))
+            {
+                not_asked_for.extend(try_method(&layer)?);
             }
         }
+        let asked_for = tried.iter().filter(|(method, _)| LAYERS.contains(method));
+        let asked_for = asked_for.filter_map(|(_, made)| made.as_ref().ok());
+        let layers: Vec<&Map> = asked_for.chain(&not_asked_for).map(|it| &it.map).collect();
         let named = drive.rig.mounts_named(&settings.sensors);
         let named: Vec<_> = drive.rig.mounts.iter().zip(named).collect();
         let is_named = |name: &String| named.iter().any(|(it, named)| *named && it.name == *name);
         survey.mounts_without_data.retain(is_named);
         Ok(Self {
-            of_split: ScoredCells::known_in(
-                &layers.iter().collect::<Vec<_>>(),
-                lattice,
-                &drive.rig,
-            ),
+            of_split: ScoredCells::known_in(&layers, lattice, &drive.rig),
             survey,
             truth,
             tried,

@@ -119,7 +119,7 @@ impl ReturnAxis {
         };
         let bearings = match &mount.sensor {
             Sensor::Scanner(scanner) => (0..scanner.beams)
-                .map(|beam| scanner.first_rad + f64::from(beam) * scanner.step_rad)
+                .map(|beam| scanner.bearing_rad(usize::from(beam)))
                 .collect(),
             Sensor::Cone(_) | Sensor::Infrared(_) => vec![0.0],
         };
